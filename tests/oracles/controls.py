@@ -31,11 +31,11 @@ CONTROLS = [
     ("fll", "fll/terms.py", "values = (*values, ZERO)", "values = (ZERO, *values)"),
     (
         "fll",
-        "common/rule_text.py",
+        "fll/rules.py",
         '"or": Operator(1, run=True), "and": Operator(2',
         '"or": Operator(2, run=True), "and": Operator(1',
     ),
-    ("fll", "common/rule_text.py", "if variable.text in self.disabled:", "if False:"),
+    ("fll", "fll/rules.py", "if variable.text in self.disabled:", "if False:"),
     ("fll", "common/translation.py", "if value.resolution is not None:", "if False:"),
     ("fll", "common/blocks.py", "and not compares and not keep", "and not keep"),
     ("fll", "common/ranges.py", "low, high = (low, low + 1.0) if", "low, high = (low, low + 2.0) if"),

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.method import Activation, Method, RuleMethod
-from fuzzyctl.model.rule import And, Or, Rule, RuleBlock, parts_of
+from fuzzyctl.model.method import Activation, RuleMethod
+from fuzzyctl.model.rule import Consequent, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Output
 
 
 @dataclass(frozen=True)
@@ -105,22 +105,6 @@ def arranged(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) 
     return Arrangement(loose, tuple(made), method)
 
 
-@dataclass(frozen=True)
-class Combined:
-    """All rules of a file, as a system has them; the fields are those of an `Arrangement`."""
-
-    blocks: tuple[Rule | RuleBlock, ...]
-    method: dict[str, Any]
-    implications: dict[str, str]
-
-
-def combined(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) -> Combined:
-    """Return the rules of a file as a system has them; see `arranged`."""
-    own = arranged(found, sets, keep=keep)
-    blocks = (RuleBlock(name=name, rules=b.rules, span=b.span, **said) for name, b, said in own.blocks)
-    return Combined((*own.loose, *blocks), own.method, own.implications)
-
-
 def _without_idle(block: FoundBlock, sets: Collection[str]) -> FoundBlock:
     """Return a block without norms by which no rule joins, and an implication that no output of its rules heeds."""
     joins = block.joins
@@ -132,11 +116,8 @@ def _without_idle(block: FoundBlock, sets: Collection[str]) -> FoundBlock:
     )
 
 
-def joins_of(rule: Rule | sx.Rule) -> set[str]:
+def joins_of(rule: sx.Rule) -> set[str]:
     """Return which of `and` and `or` a rule joins its conditions by."""
-    if isinstance(rule, Rule):
-        names = {And: "and", Or: "or"}
-        return {names[type(p)] for p in parts_of(rule.antecedent) if isinstance(p, And | Or)}
     found: set[str] = set()
     left = [rule.antecedent]
     while left:
@@ -151,12 +132,6 @@ def joins_of(rule: Rule | sx.Rule) -> set[str]:
 
 def _first(blocks: Iterable[FoundBlock], name: str) -> Any:
     return next((value for b in blocks if (value := getattr(b, name)) is not None), None)
-
-
-def without_common(output: Output, method: Method) -> Output:
-    """Return an output without what it shares with the system."""
-    shared = (n for n in ("implication", "aggregation", "defuzzifier") if getattr(output, n) == getattr(method, n))
-    return output.model_copy(update=dict.fromkeys(shared))
 
 
 @dataclass(frozen=True)
@@ -223,3 +198,66 @@ def flattened(system: FuzzySystem) -> FuzzySystem:
     )
     outputs = tuple(o.model_copy(update={"implication": system.implications_of(o)[0]}) for o in system.outputs)
     return system.model_copy(update={"blocks": system.rules, "method": method, "outputs": outputs})
+
+
+def without_repeated_outputs(system: FuzzySystem) -> FuzzySystem:
+    """Return a system whose rules set each output once, of the same numbers.
+
+    Raises:
+        DiagnosticError: With the places of rules that cannot be written as several, since their activation method
+            counts or compares rules.
+    """
+    doubled = [(rule, m) for rule, m in zip(system.rules, system.rule_methods, strict=True) if _repeats(rule)]
+    if not doubled:
+        return system
+    counted = system.method.semantics.total == "all_rules"
+    refused = [_refusal(system, rule) for rule, method in doubled if counted or method.activation.compares]
+    if refused:
+        raise DiagnosticError(refused)
+    carried = system.method.semantics.consequent_hedges == "carried"
+    blocks: list[Rule | RuleTable | RuleBlock] = []
+    for block in system.blocks:
+        if isinstance(block, RuleBlock):
+            parts = tuple(own for part in block.rules for own in _split(part, carried))
+            blocks.append(block.model_copy(update={"rules": parts}))
+        else:
+            blocks += _split(block, carried)
+    return system.model_copy(update={"blocks": tuple(blocks)})
+
+
+def _repeats(rule: Rule) -> bool:
+    return len({c.output for c in rule.consequents}) < len(rule.consequents)
+
+
+def _refusal(system: FuzzySystem, rule: Rule) -> Diagnostic:
+    message = (
+        "a rule that sets an output twice can be written as two rules only where rules are not compared or counted"
+    )
+    place = next((c.span for c in rule.consequents if c.span is not None), rule.span)
+    file = "" if place is not None else system.path
+    return Diagnostic("FZ608", message, place, help="convert it to .fll, or let the rules set it once", file=file)
+
+
+def _split(part: Rule | RuleTable, carried: bool) -> Iterator[Rule | RuleTable]:
+    """Yield a part as it is, or a rule as several: each takes the first consequents that are left of each output."""
+    if isinstance(part, RuleTable) or not _repeats(part):
+        yield part
+        return
+    left = _with_hedges(part.consequents) if carried else list(part.consequents)
+    while left:
+        outputs = list(dict.fromkeys(c.output for c in left))
+        taken = [next(c for c in left if c.output == output) for output in outputs]
+        if carried:
+            # A hedge would be carried on within the rule once more.
+            taken = taken[:1]
+        left = [c for c in left if all(c is not t for t in taken)]
+        yield part.model_copy(update={"consequents": tuple(taken)})
+
+
+def _with_hedges(consequents: Sequence[Consequent]) -> list[Consequent]:
+    """Return consequents with the hedges that those before them carry on: the nearest to a term acts first."""
+    found, before = [], tuple[str, ...]()
+    for c in consequents:
+        before = (*c.hedges, *before)
+        found.append(c.model_copy(update={"hedges": before}))
+    return found

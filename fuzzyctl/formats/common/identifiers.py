@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Iterable
 from typing import Any, Final
 
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS, SOFT, Name, replace_names
-from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.registry import Loss
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem

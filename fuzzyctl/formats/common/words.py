@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Final
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, TypeVar
 
 #: The norms that belong together by De Morgan's laws: `not (a and b)` is `not a or not b`.
 _PAIRS: Final = (
@@ -31,3 +32,58 @@ def up_to_any(hedges: Sequence[str], term: str) -> tuple[tuple[str, ...], tuple[
     if "any" in hedges:
         return tuple(hedges[: hedges.index("any") + 1]), ()
     return tuple(hedges), (term,)
+
+
+T = TypeVar("T")
+
+Values = tuple[float, ...]
+
+#: A kind of the model with its parameters.
+Shape = tuple[str, Values]
+
+
+@dataclass(frozen=True)
+class ShapeWord:
+    """A word of a format for a membership function.
+
+    Args:
+        kind: Its kind in the model.
+        form: Names of its parameters in the order of the file; a list without end closes with `...`.
+        order: Positions in the file of the parameters in the order of the model; empty where both are the same.
+        doubled: Positions in the model of what is twice as large there as in the file.
+        magnitudes: Positions in the model of what counts by its magnitude, such as a width that a formula squares.
+        read: The kind and the parameters for those of a file, where more than their order changes.
+    """
+
+    kind: str
+    form: str
+    order: tuple[int, ...] = ()
+    doubled: tuple[int, ...] = ()
+    magnitudes: tuple[int, ...] = ()
+    read: Callable[[Values], Shape] | None = None
+
+    @property
+    def count(self) -> int | None:
+        """Number of parameters, None for a list without end."""
+        return None if self.form.endswith("...") else len(self.form.split())
+
+    def shape(self, p: Values) -> Shape:
+        """Return the kind and the parameters in the model for those of a file."""
+        if self.read is not None:
+            return self.read(p)
+        found = (2 * v if i in self.doubled else v for i, v in enumerate(self.ordered(p)))
+        return self.kind, tuple(abs(v) if i in self.magnitudes else v for i, v in enumerate(found))
+
+    def ordered(self, p: Sequence[T]) -> tuple[T, ...]:
+        """Return the parameters in the order of the model for those of a file, which may be numbers or expressions."""
+        return tuple(p[i] for i in self.order) if self.order else tuple(p)
+
+    def parameters(self, p: Values) -> Values:
+        """Return the parameters in a file for those of the model."""
+        found = tuple(v / 2 if i in self.doubled else v for i, v in enumerate(p))
+        return tuple(found[self.order.index(i)] for i in range(len(found))) if self.order else found
+
+
+def words_by_kind(words: Mapping[str, ShapeWord]) -> dict[str, tuple[str, ShapeWord]]:
+    """Return the first word of a table for each kind of the model."""
+    return {word.kind: (name, word) for name, word in reversed(list(words.items()))}

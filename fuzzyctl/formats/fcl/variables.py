@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.common import ranges
-from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
+from fuzzyctl.formats.common.ranges import warn_of_degrees_beyond
 from fuzzyctl.formats.fcl import syntax as fcl
 from fuzzyctl.formats.fcl.names import ACCUMULATION_WORDS, METHOD_WORDS
 from fuzzyctl.formats.fcl.scope import Scope

@@ -9,12 +9,11 @@ from typing import Final
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.diagnostics.transliterate import in_ascii
 from fuzzyctl.expr import Expr, Number, number_text, replace_names
-from fuzzyctl.formats.common import numerics
+from fuzzyctl.formats.common import losses as numerics
 from fuzzyctl.formats.common.blocks import BlockPart, block_parts
 from fuzzyctl.formats.common.clamped_inputs import with_shoulders
-from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
 from fuzzyctl.formats.common.identifiers import with_names
-from fuzzyctl.formats.common.read_back import losses_of
+from fuzzyctl.formats.common.losses import losses_of, with_named_consequents, with_numbers_averaged
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.common.words import up_to_any
 from fuzzyctl.formats.fcl.dialect import USUAL_NUMERICS, DialectName
@@ -36,7 +35,7 @@ from fuzzyctl.formats.fcl.written_shapes import (
     unknown_functions,
 )
 from fuzzyctl.formats.fll.methods import as_inverted_there, inferred_otherwise
-from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.registry import Loss
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, is_joined_by, literals, parts_of

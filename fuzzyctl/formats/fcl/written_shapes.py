@@ -19,7 +19,7 @@ from fuzzyctl.expr import (
     to_text,
     walk,
 )
-from fuzzyctl.formats.common.shape_words import words_by_kind
+from fuzzyctl.formats.common.words import words_by_kind
 from fuzzyctl.formats.fcl.dialect import DialectName
 from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES, JFUZZYLOGIC_SHAPES
 from fuzzyctl.formats.fll.formulas import formula

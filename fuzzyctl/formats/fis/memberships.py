@@ -8,7 +8,7 @@ from typing import Final
 
 from fuzzyctl.expr import Number, number_text
 from fuzzyctl.formats.common.clamped_inputs import simplest
-from fuzzyctl.formats.common.shape_words import words_by_kind
+from fuzzyctl.formats.common.words import words_by_kind
 from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS, OF_FUZZYLITE
 from fuzzyctl.formats.fll.shapes import as_written
 from fuzzyctl.model.variable import Membership

@@ -13,8 +13,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
-from fuzzyctl.formats.common.ranges import corners, finite_range, reached
+from fuzzyctl.formats.common.ranges import corners, finite_range, reached, warn_of_degrees_beyond
 from fuzzyctl.formats.common.report import Names, Reading
 from fuzzyctl.formats.common.translation import Translation, fallback, setting, settings
 from fuzzyctl.formats.fis import values

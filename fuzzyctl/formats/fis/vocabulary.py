@@ -7,7 +7,7 @@ from collections.abc import Callable
 from decimal import Decimal
 from typing import Final, Literal
 
-from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
+from fuzzyctl.formats.common.words import Shape, ShapeWord, Values
 from fuzzyctl.formats.fll.shapes import TERM_WORDS
 
 Dialect = Literal["matlab", "octave", "fuzzylite"]

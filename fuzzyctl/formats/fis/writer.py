@@ -9,12 +9,22 @@ from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Binary, Expr, Name, Number
-from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.common.blocks import flattened
 from fuzzyctl.formats.common.clamped_inputs import with_shoulders
-from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
 from fuzzyctl.formats.common.identifiers import name_before
-from fuzzyctl.formats.common.read_back import losses_of
+from fuzzyctl.formats.common.losses import (
+    cannot,
+    defuzzifier_of,
+    formula_sets,
+    impossible,
+    losses_of,
+    shares_terms,
+    used_hedges,
+    used_norms,
+    value_unfired,
+    with_named_consequents,
+    with_numbers_averaged,
+)
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.common.words import first_words
 from fuzzyctl.formats.fis import vocabulary
@@ -25,7 +35,7 @@ from fuzzyctl.formats.fis.settings import dialect_of, family
 from fuzzyctl.formats.fis.vocabulary import HEDGES, Dialect
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.methods import as_inverted_there, inferred_otherwise
-from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.registry import Loss
 from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
@@ -177,8 +187,8 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     Raises:
         DiagnosticError: With all reasons, for a system that no `.fis` file can hold.
     """
-    if formulas := list(numerics.formula_sets(system)):
-        raise numerics.cannot(system, ".fis", formulas)
+    if formulas := list(formula_sets(system)):
+        raise cannot(system, ".fis", formulas)
     named, losses = with_named_consequents(system)
     averaged, more = with_numbers_averaged(named)
     # No key of a file holds inputs within their ranges, so shoulders do. (fuzzylite knows LockRange of outputs, and
@@ -208,12 +218,12 @@ class _Writer:
     def text(self) -> str:
         """Return the text."""
         system = self.system
-        self.reasons.extend(numerics.impossible(system))
+        self.reasons.extend(impossible(system))
         lines = [*self._head(), *self._variables(), "[Rules]"]
         rules = WrittenRules(system, self.dialect, self.beyond_matlab, self.reasons, self.losses)
         lines.extend(rules.line(i, rule) for i, rule in enumerate(system.rules, 1))
         if self.reasons:
-            raise numerics.cannot(system, ".fis", self.reasons)
+            raise cannot(system, ".fis", self.reasons)
         text = "\n".join(lines) + "\n"
         if self.dialect == "matlab" and _seems_of_another(text):
             text = f"% numerics of matlab\n{text}"
@@ -240,7 +250,7 @@ class _Writer:
         yield ""
 
     def _kinds(self) -> list[str]:
-        return list(dict.fromkeys(numerics.defuzzifier_of(self.system, o).kind for o in self.system.outputs))
+        return list(dict.fromkeys(defuzzifier_of(self.system, o).kind for o in self.system.outputs))
 
     def _is_hybrid(self) -> bool:
         """Whether some outputs are sets and others averages of numbers, which fuzzylite calls a hybrid system."""
@@ -261,7 +271,7 @@ class _Writer:
         kind = self._kind()
         if self._is_hybrid():
             for output in self.system.outputs:
-                if numerics.defuzzifier_of(self.system, output).kind == "weighted_average":
+                if defuzzifier_of(self.system, output).kind == "weighted_average":
                     reason = f"fuzzylite takes the {kind} of its terms as sets, mostly the middle of the range"
                     self._lose(f"output '{output.name}'", "defuzzifier weighted_average", reason)
             return "hybrid"
@@ -282,10 +292,10 @@ class _Writer:
 
     def _matters(self, output: Output, field: str) -> bool:
         """Whether an output of sums over rules has a norm, too: some tools join those of one term first."""
-        if not numerics.defuzzifier_of(self.system, output).over_rules:
+        if not defuzzifier_of(self.system, output).over_rules:
             return True
         merge = self.profile.semantics.merge if field == "aggregation" else "rules"
-        return merge == "places" or (merge == "terms" and numerics.shares_terms(self.system, output))
+        return merge == "places" or (merge == "terms" and shares_terms(self.system, output))
 
     def _norm(self, own: str, known: dict[str, str]) -> str:
         word = known.get(own)
@@ -327,7 +337,7 @@ class _Writer:
         """Write what the output is where no rule fires, as far as the tool lets a file say so."""
         if self.dialect != "fuzzylite":
             return
-        start = numerics.value_unfired(self.system, output)
+        start = value_unfired(self.system, output)
         if start is not None:
             yield f"Default={number(start)}"
         if isinstance(output.otherwise, Hold):
@@ -373,7 +383,7 @@ class _Writer:
 
 def _needs_octave(system: FuzzySystem) -> bool:
     """Whether a system has norms or hedges that MATLAB does not have, and Octave does."""
-    norms, hedges = numerics.used_norms(system), set().union(*numerics.used_hedges(system))
+    norms, hedges = used_norms(system), set().union(*used_hedges(system))
     return bool(norms - {"min", "product", "max", "probabilistic_sum", "sum"} or hedges - {"not", "any"})
 
 

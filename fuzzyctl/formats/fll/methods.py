@@ -14,7 +14,7 @@ from typing import Final, Literal, get_args
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.numerics import defuzzifier_of
+from fuzzyctl.formats.common.losses import defuzzifier_of
 from fuzzyctl.formats.common.translation import Translation
 from fuzzyctl.formats.fll.lines import Line, words
 from fuzzyctl.formulas import DISJUNCTIONS, Parameters

@@ -10,7 +10,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import ONE, ZERO, Expr, Name, Number, names_in, replace_names, span_of
 from fuzzyctl.formats.common.report import Findings, Names, ParseError, Reporter
-from fuzzyctl.formats.common.shape_words import ShapeWord
+from fuzzyctl.formats.common.words import ShapeWord
 from fuzzyctl.formats.fll.formulas import read_formula
 from fuzzyctl.formats.fll.shapes import as_computed, corners, has_step, of_input, polygon, zero
 from fuzzyctl.formulas import MEMBERSHIP

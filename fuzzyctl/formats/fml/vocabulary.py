@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
+from fuzzyctl.formats.common.words import Shape, ShapeWord, Values
 
 #: Methods for AND and for activation; the schema calls two of them as their conorms.
 CONJUNCTION_WORDS: Final[dict[str, str]] = {

@@ -9,10 +9,9 @@ from xml.sax.saxutils import escape, quoteattr
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Expr, number_text
-from fuzzyctl.formats.common import numerics
-from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
+from fuzzyctl.formats.common import losses as numerics
 from fuzzyctl.formats.common.identifiers import name_before, with_names
-from fuzzyctl.formats.common.read_back import losses_of
+from fuzzyctl.formats.common.losses import losses_of, with_named_consequents, with_numbers_averaged
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fml.hedges import own_modifier
 from fuzzyctl.formats.fml.reader import read
@@ -25,7 +24,7 @@ from fuzzyctl.formats.fml.vocabulary import (
     word_for,
 )
 from fuzzyctl.formats.fml.written_shapes import WrittenShape, written_consequent, written_shape
-from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.registry import Loss
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import OVER_RULES, TSUKAMOTO, RuleMethod
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule

@@ -8,7 +8,6 @@ from typing import Final, Literal
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ONE, Number
-from fuzzyctl.formats.common.blocks import FoundBlock
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fml.document import MAX_DEPTH, Element
 from fuzzyctl.formats.fml.hedges import NEED_ONE, OWN_HEDGES, reaches_one, up_to
@@ -16,6 +15,7 @@ from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import Activation
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.variable import Input, Output, Term
+from tests.oracles.blocks import FoundBlock
 from tests.oracles.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS, MODIFIERS
 from tests.oracles.fml.scope import Scope
 from tests.oracles.fml.variables import KnowledgeBase, unknown

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fuzzyctl.formats.common.shape_words import words_by_kind
+from fuzzyctl.formats.common.words import words_by_kind
 from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES, JFUZZYLOGIC_SHAPES
 from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS
 from fuzzyctl.formats.fll.shapes import TERM_WORDS
