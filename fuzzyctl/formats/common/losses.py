@@ -159,6 +159,12 @@ def shares_terms(system: FuzzySystem, output: Output) -> bool:
     return len(set(named)) < len(named)
 
 
+def aggregation_matters(system: FuzzySystem, output: Output, merge: str) -> bool:
+    """Whether an output has use for a norm under a tool's `merge`; some join the rules of one term before sums."""
+    is_sum = defuzzifier_of(system, output).over_rules
+    return not is_sum or merge == "places" or (merge == "terms" and shares_terms(system, output))
+
+
 def impossible(system: FuzzySystem) -> Iterator[str]:
     """Yield what no format of another tool has."""
     for output in system.outputs:
@@ -280,9 +286,7 @@ def _of_output(system: FuzzySystem, output: Output, back: FuzzySystem, read: Out
     said, kept = (o.aggregation or s.method.aggregation for s, o in ((system, output), (back, read)))
     if ours.over_rules and system.method.semantics.merge == "rules":
         said = "sum"  # rules that stand by themselves are added up
-    merge = back.method.semantics.merge
-    matters = not ours.over_rules or merge == "places" or (merge == "terms" and shares_terms(system, output))
-    if matters and said != kept:
+    if aggregation_matters(system, output, back.method.semantics.merge) and said != kept:
         yield Loss(where, f"aggregation {said}", f"it is read as '{kept}'")
 
 

@@ -1,4 +1,4 @@
-"""Sections of a `.fis` file: `key=value` lines, without comments and blank lines."""
+"""Sections of a `.fis` file: lines `key=value` with strings, counts and membership functions as values."""
 
 from __future__ import annotations
 
@@ -8,20 +8,47 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.report import Findings
+from fuzzyctl.formats.fis.vectors import inside_brackets, trimmed, vector
 
-#: What opens and closes a string; word processors make the curly ones.
-QUOTES: Final = {"'": "'", '"': '"', "\u2018": "\u2019", "\u201c": "\u201d"}
+#: Closing quotes by their opening ones; word processors make the curly ones.
+_QUOTES: Final = {"'": "'", '"': '"', "\u2018": "\u2019", "\u201c": "\u201d"}
 
 _HEADER: Final = re.compile(r"\[ *([A-Za-z_]+?) *([0-9]*) *\]")
 
 #: Names of sections in small letters.
-KINDS: Final = ("system", "input", "output", "rules")
+_KINDS: Final = ("system", "input", "output", "rules")
+
+#: A string, the quote of one that is never closed, or a mark that begins a comment.
+_PIECE: Final = re.compile(
+    rf"(?<![^\W_])(?:{'|'.join(f'{a}[^{b}]*{b}' for a, b in _QUOTES.items())}|(?P<open>[{''.join(_QUOTES)}]))"
+    r"|(?P<mark>[%#])"
+)
+
+#: The mark of a comment behind a quote that is never closed.
+_MARK: Final = re.compile(r"[ \t]%| #")
+
+#: The key of a membership function: its number, and U or L of interval type-2 sets.
+NUMBERED: Final = re.compile(r"mf *([0-9]{1,6}) *([ul]?)$", re.IGNORECASE)
+
+_COUNT: Final = re.compile(r"(\d{1,9})(?:\.0*)? *[;,]?$", re.ASCII)
+
+#: The values with which a switch of fuzzylite is on.
+_ON: Final = re.compile(r"(?:1(?:\.0*)?|true)$", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Text:
+    """A string with its place, quotes left out."""
+
+    text: str
+    span: Span
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One line `key = value`, or a whole line in the section of rules, where the key is empty."""
+    """A line `key = value`; in the section of rules a whole line, with an empty key."""
 
     key: str
     value: Span
@@ -29,8 +56,26 @@ class Entry:
 
     @property
     def key_span(self) -> Span:
-        """Where the key stands."""
+        """The place of the key."""
         return Span(self.span.source, self.span.start, self.span.start + len(self.key))
+
+    @property
+    def string(self) -> Text:
+        """The value without its quotes, which are optional; a doubled quote stands for one."""
+        string, rest = _leading_string(self.value, ends="")
+        return Text(self.value.text, self.value) if rest.text.strip(";, ") else string
+
+    @property
+    def is_on(self) -> bool:
+        """Whether a switch of fuzzylite is on."""
+        return _ON.match(self.string.text) is not None
+
+    def count(self, findings: Findings) -> int | None:
+        """Return a whole number of 0 or more; report anything else."""
+        match = _COUNT.match(self.value.text)
+        if match is None:
+            findings.error("FZ601", f"'{self.key}' is a whole number, got '{self.value.text[:40]}'", self.value)
+        return int(match.group(1)) if match is not None else None
 
 
 @dataclass(frozen=True)
@@ -38,9 +83,9 @@ class Section:
     """A section with its header.
 
     Args:
-        kind: One of `KINDS`.
-        number: Of inputs and outputs, else 0.
-        header: Where its header stands.
+        kind: `system`, `input`, `output` or `rules`.
+        number: The number of an input or output, else 0.
+        header: The place of its header.
         entries: Its lines.
     """
 
@@ -50,7 +95,7 @@ class Section:
     entries: list[Entry] = field(default_factory=list)
 
     def entry(self, key: str) -> Entry | None:
-        """Return the last entry of a key, whose letters may be capital or small."""
+        """Return the last entry of a key in capital or small letters."""
         return next((e for e in reversed(self.entries) if e.key.lower() == key.lower()), None)
 
 
@@ -67,7 +112,7 @@ class Sections:
 
 
 def split(source: SourceText, findings: Findings) -> Sections:
-    """Split a file; what belongs to no section and unknown sections are reported."""
+    """Split a file; report unknown sections and lines that belong to no section."""
     sections: list[Section] = []
     comments: list[str] = []
     unknown = False
@@ -79,7 +124,7 @@ def split(source: SourceText, findings: Findings) -> Sections:
             comments.append(text)
         elif text.startswith("[") and (header := _HEADER.match(text)) is not None:
             kind, digits = header.group(1).lower(), header.group(2)
-            unknown = kind not in KINDS
+            unknown = kind not in _KINDS
             if unknown:
                 known = "[System], [Input1], [Output1] and [Rules] are"
                 message = f"there is no section '{header.group()}'"
@@ -89,14 +134,10 @@ def split(source: SourceText, findings: Findings) -> Sections:
         elif sections and not unknown:
             _add(sections[-1], line, findings)
         elif not unknown:
-            _before_sections(line, findings)
+            message = "unexpected line before the first section"
+            findings.error("FZ601", message, line, help="a file begins with [System]")
             unknown = True  # one message is enough
     return Sections(tuple(sections), tuple(comments))
-
-
-def _before_sections(line: Span, findings: Findings) -> None:
-    message, help_text = "unexpected line before the first section", "a file begins with [System]"
-    findings.error("FZ601", message, line, help=help_text)
 
 
 def _add(section: Section, line: Span, findings: Findings) -> None:
@@ -107,46 +148,97 @@ def _add(section: Section, line: Span, findings: Findings) -> None:
     if not equals or not key.strip():
         findings.error("FZ601", "the line is not of the form key=value", line, help="comments begin with % or #")
         return
-    start = line.start + len(key) + 1
-    value = trimmed(line.source, start, line.end)
-    section.entries.append(Entry(key.strip(), value, line))
+    section.entries.append(Entry(key.strip(), trimmed(line, len(key) + 1), line))
 
 
 def _lines(source: SourceText) -> Iterator[Span]:
     """Yield the lines that are not blank, without blanks around them and without comments behind them."""
     at = 0
     for raw in source.text.split("\n"):
-        line = trimmed(source, at, at + len(raw))
+        line = trimmed(Span(source, at, at + len(raw)))
         at += len(raw) + 1
-        if line.start == line.end:
-            continue
-        if not line.text.startswith(("%", "#")):
-            line = trimmed(source, line.start, line.start + _comment(line.text))
-        yield line
+        if line.text and not line.text.startswith(("%", "#")):
+            line = trimmed(line, 0, _length_without_comment(line.text))
+        if line.text:
+            yield line
 
 
-def _comment(text: str) -> int:
-    """Return where a comment behind a line begins, or the length of the line.
-
-    A mark within quotes or brackets begins none.
-    """
-    closing = ""
-    for i, c in enumerate(text):
-        if closing:
-            if c == closing:
-                closing = ""
-        elif c in QUOTES and (i == 0 or not text[i - 1].isalnum()):
-            closing = QUOTES[c]
-        elif c in "%#":
-            return i
-    if closing:  # a quote that is never closed hides nothing
-        marks = [i for i in (text.find(" %"), text.find(" #"), text.find("\t%")) if i >= 0]
-        return min(marks, default=len(text))
+def _length_without_comment(text: str) -> int:
+    """Return the place of the first mark of a comment that is not within quotes, else the length of the line."""
+    for piece in _PIECE.finditer(text):
+        if piece["open"]:  # it hides no comment
+            mark = _MARK.search(text)
+            return mark.start() if mark is not None else len(text)
+        if piece["mark"]:
+            return piece.start()
     return len(text)
 
 
-def trimmed(source: SourceText, start: int, end: int) -> Span:
-    """Return a stretch of text without the blanks around it."""
-    text = source.text[start:end]
-    left = len(text) - len(text.lstrip())
-    return Span(source, start + left, start + max(left, len(text.rstrip())))
+# --- membership functions ------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class TermText:
+    """A membership function of a file: its name, its function, and its parameters or its formula."""
+
+    name: Text
+    function: Text
+    parameters: tuple[Number, ...]
+    span: Span
+    formula: Span | None = None
+
+
+def term_text(entry: Entry, findings: Findings) -> TermText | None:
+    """Return a membership function `'name':'function',[parameters]`; report a mistake and return None."""
+    form = f"a membership function is written: {entry.key}='name':'trimf',[0 1 2]"
+    name, rest = _leading_string(entry.value, ends=":")
+    if not rest.text.startswith(":"):
+        findings.error("FZ601", "expected a colon behind the name of the membership function", entry.value, help=form)
+        return None
+    function, rest = _leading_string(trimmed(rest, 1), ends=",[;")
+    if rest.text[:1] in (",", ";"):
+        rest = trimmed(rest, 1)
+    if not function.text:
+        findings.error("FZ601", "the membership function has no type", entry.value, help=form)
+        return None
+    _, bracket, behind = rest.text.partition("]")
+    if bracket and behind.strip().startswith(",") and any(c.isdigit() for c in behind):
+        message = f"'{name.text}' is a type-2 fuzzy set, with scale and lag of a lower membership function"
+        help_text = "only type-1 sets are computed; in MATLAB 'convertToType1' makes one"
+        findings.error("FZ602", message, rest, help=help_text)
+        return None
+    if function.text.lower() == "function":
+        formula = inside_brackets(rest, findings)
+        return TermText(name, function, (), entry.value, formula) if formula is not None else None
+    parameters = vector(rest, findings)
+    return TermText(name, function, parameters, entry.value) if parameters is not None else None
+
+
+def _leading_string(span: Span, ends: str) -> tuple[Text, Span]:
+    """Return the string at the beginning of a text, and the rest of the text without blanks around it.
+
+    A quote ends the string if it is the last character or one of `ends` follows; so a name may have an apostrophe.
+    """
+    text = span.text
+    close = _QUOTES.get(text[:1])
+    if close is None:
+        length = min((i for i in map(text.find, ends) if i >= 0), default=len(text))
+        body = trimmed(span, 0, length)
+        return Text(body.text, body), trimmed(span, length)
+    last = _closing(text, close, ends)
+    body = Span(span.source, span.start + 1, span.start + last)
+    return Text(body.text.replace(close * 2, close).strip(), body), trimmed(span, last + 1)
+
+
+def _closing(text: str, close: str, ends: str) -> int:
+    """Return the place of the quote that ends the string at the beginning of a text."""
+    at = text.find(close, 1)
+    while at >= 0:
+        if text[at + 1 : at + 2] == close and text[at + 2 : at + 3]:
+            at = text.find(close, at + 2)
+            continue
+        following = text[at + 1 : at + 200].lstrip()
+        if not following or following[0] in ends or following[0] == ";":
+            return at
+        at = text.find(close, at + 1)
+    return len(text)

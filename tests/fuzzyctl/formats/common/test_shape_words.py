@@ -4,7 +4,7 @@ import pytest
 
 from fuzzyctl.formats.common.words import words_by_kind
 from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES, JFUZZYLOGIC_SHAPES
-from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS
+from fuzzyctl.formats.fis.shapes import MEMBERSHIP_WORDS
 from fuzzyctl.formats.fll.shapes import TERM_WORDS
 from fuzzyctl.formulas import MEMBERSHIP
 

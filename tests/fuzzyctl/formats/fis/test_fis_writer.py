@@ -195,3 +195,8 @@ def test_formulas_with_commas_are_refused_since_fuzzylite_parts_terms_at_them(fo
         write(system)
     text, _ = write(as_profile(two(p="function(abs(x) + sin(x))", otherwise="nan"), "fuzzylite"))
     assert "'function',[(abs(x) + sin(x))]" in text
+
+
+def test_a_triangle_of_no_height_has_no_word():
+    with pytest.raises(DiagnosticError, match="term 'a' of 'x' has the height 0"):
+        write(two(a="triangle(0, 4, 10, height=0)"))
