@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -112,18 +112,20 @@ class Names:
 
     Args:
         taken: Names that are not to be given out.
+        fold: Makes equal names of two that cannot be told apart, such as a change of case.
     """
 
-    def __init__(self, taken: Iterable[str] = ()) -> None:
-        self._taken = set(taken)
+    def __init__(self, taken: Iterable[str] = (), fold: Callable[[str], str] = str) -> None:
+        self._fold = fold
+        self._taken = set(map(fold, taken))
         self._last: dict[str, int] = {}
 
     def take(self, name: str) -> str:
         """Return a name that was not given out yet, and give it out."""
-        found, number = name, self._last.get(name, 1)
-        while found in self._taken:
+        free, number = name, self._last.get(name, 1)
+        while self._fold(free) in self._taken:
             number += 1
-            found = f"{name}_{number}"
+            free = f"{name}_{number}"
         self._last[name] = number
-        self._taken.add(found)
-        return found
+        self._taken.add(self._fold(free))
+        return free
