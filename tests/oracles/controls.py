@@ -37,7 +37,7 @@ CONTROLS = [
     ),
     ("fll", "fll/rules.py", "if variable.text in self.disabled:", "if False:"),
     ("fll", "common/translation.py", "if value.resolution is not None:", "if False:"),
-    ("fll", "common/blocks.py", "and not compares and not keep", "and not keep"),
+    ("fll", "common/blocks.py", "and not any(b.activation.compares for b in blocks)", ""),
     ("fll", "common/ranges.py", "low, high = (low, low + 1.0) if", "low, high = (low, low + 2.0) if"),
     ("fis", "fis/reader.py", "if version is not None and version < 6:", "if False:"),
     ("fis", "fis/reader.py", "None if is_common else defuzzifier", "None"),

@@ -1,4 +1,4 @@
-"""Losses of writing: what a written file does not say of a system, or its tool computes otherwise."""
+"""Losses of writing: the parts of a system that a file does not express, or that its tool computes otherwise."""
 
 from __future__ import annotations
 
@@ -20,40 +20,35 @@ from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 #: Weights and heights below which a tool that leaves out activations of 1e-6 leaves out much of a term.
 _SMALL: Final = 1e-3
 
-
-def cannot(system: FuzzySystem, format: str, reasons: Sequence[str]) -> DiagnosticError:
-    """Return the error for a system that a format cannot hold at all."""
-    found = dict.fromkeys(reasons)
-    message = f"a {format} file cannot express '{system.name}'"
-    return DiagnosticError([Diagnostic("FZ608", message, system.span, facts=tuple(found), file=system.path)])
+# --- parts of a system ---------------------------------------------------------------------------------------------
 
 
 def defuzzifier_of(system: FuzzySystem, output: Output) -> Defuzzifier:
-    """Return the defuzzifier of an output: its own or the system's."""
+    """Return the defuzzifier of an output, which may be the system's."""
     return output.defuzzifier or system.method.defuzzifier
 
 
-def middle_of(system: FuzzySystem, output: Output) -> float:
-    """Return the middle of the range of an output."""
-    return system.number(output.lower) / 2 + system.number(output.upper) / 2
-
-
 def value_unfired(system: FuzzySystem, output: Output) -> float | None:
-    """Return the value of an output where no rule fires, or before any has fired; None for NaN and for an error."""
-    own = output.otherwise
-    start = own.start if isinstance(own, Hold) else own
+    """Return the value of an output if no rule fires, or before any has fired; None for NaN and for an error."""
+    otherwise = output.otherwise
+    start = otherwise.start if isinstance(otherwise, Hold) else otherwise
     if isinstance(start, Expr):
         return system.number(start)
-    return middle_of(system, output) if start == "midpoint" or own == Hold() else None
+    return _middle(system, output) if start == "midpoint" or otherwise == Hold() else None
+
+
+def _middle(system: FuzzySystem, output: Output) -> float:
+    low, high = system.range_of(output)
+    return low / 2 + high / 2
 
 
 def used_norms(system: FuzzySystem) -> set[str]:
     """Return the norms of a system, its rule blocks and its outputs."""
-    own = system.method
-    named = [own.conjunction, own.disjunction, own.implication, own.aggregation]
-    named += [n for o in system.outputs for n in (o.implication, o.aggregation) if n is not None]
-    named += [n for b in system.rule_blocks for n in (b.conjunction, b.disjunction, b.implication) if n is not None]
-    return set(named)
+    method = system.method
+    norms = [method.conjunction, method.disjunction, method.implication, method.aggregation]
+    norms += [n for o in system.outputs for n in (o.implication, o.aggregation) if n is not None]
+    norms += [n for b in system.rule_blocks for n in (b.conjunction, b.disjunction, b.implication) if n is not None]
+    return set(norms)
 
 
 def used_hedges(system: FuzzySystem) -> tuple[set[str], set[str]]:
@@ -62,111 +57,30 @@ def used_hedges(system: FuzzySystem) -> tuple[set[str], set[str]]:
     return of_conditions, {h for r in system.rules for c in r.consequents for h in c.hedges}
 
 
-def other_knobs(system: FuzzySystem, there: Semantics) -> Iterator[Loss]:
-    """Yield the knobs that are others in the tool of a format, and change numbers of a system."""
-    own = system.method.semantics
-    for knob in KNOBS:
-        if getattr(own, knob) != getattr(there, knob) and _matters(system, knob, there):
-            why = f"{there.text(knob)} under '{there.profile}'"
-            yield Loss(f"system '{system.name}'", f"{knob} {own.text(knob)}", why)
-
-
-def _matters(system: FuzzySystem, knob: str, there: Semantics) -> bool:
-    """Whether a system would compute other numbers with the value of a knob that it has there."""
-    methods = [defuzzifier_of(system, o) for o in system.outputs]
-    norms = used_norms(system)
-    hedges, consequent_hedges = used_hedges(system)
-    kinds = {t.membership.kind for v in (*system.inputs, *system.outputs) for t in v.terms}
-    weighted = any(system.number(r.weight) != 1 for r in system.rules)
-    outputs = {o.name for o in system.outputs}
-    relevant = {
-        "weight": weighted and any(not m.over_rules for m in methods) and norms != {"product"},
-        # Where rules stand by themselves a file says so: it adds them up.
-        "merge": system.method.semantics.merge != "rules"
-        and _merges(system)
-        and any(shares_terms(system, o) for o in system.outputs),
-        "total": any(m.averages for m in methods) and (weighted or len(system.outputs) > 1),
-        "least": bool(consequent_hedges) or _least_decides(system, there),
-        "equal": any({**CONJUNCTIONS, **AGGREGATIONS}[n].tolerant for n in norms),
-        "chained": any(i.variable in outputs for r in system.rules for i in literals(r.antecedent)),
-        "consequent_hedges": bool(consequent_hedges),
-        "extremely": "extremely" in hedges | consequent_hedges,
-        "sigmoid_difference": "sigmoid_difference" in kinds,
-        "places": any(_places_leave(system, o) for o in system.outputs),
-        "none_active": any(m.kind in MAXIMA for m in methods),
-        "fallback": _has_functions(system) or any("tsukamoto" in m.kind for m in methods),
-    }
-    return relevant[knob]
-
-
-def _least_decides(system: FuzzySystem, there: Semantics) -> bool:
-    """Whether activations that one of two tools leaves out may be all there are at more than a sliver of a range.
-
-    Beside larger ones they do not matter. Straight sides, and smooth ones that end, leave them only within about the
-    root of the bound of where they end; tails of curved terms, functions and small weights leave them anywhere.
-    """
-    if max(system.method.semantics.least or 0.0, there.least or 0.0) == 0.0:
-        return False
-    if any(system.number(r.weight) < _SMALL for r in system.rules):
-        return True
-    used = {(i.variable, i.term) for r in system.rules for i in literals(r.antecedent)}
-    terms = [t.membership for v in system.inputs for t in v.terms if (v.name, t.name) in used]
-    small = any(system.number(m.height) < _SMALL for m in terms)
-    return small or any(is_endless(m.kind) or (m.kind == "function" and names_in(m.arguments[0])) for m in terms)
-
-
-def _places_leave(system: FuzzySystem, output: Output) -> bool:
-    """Whether places that Tsukamoto's method finds may lie outside the range of an output."""
-    kind = defuzzifier_of(system, output).kind
-    if "tsukamoto" not in kind:
-        return False
-    low, high = system.number(output.lower), system.number(output.upper)
-    if kind.startswith("inverse"):
-        return not (low <= 0.0 and high >= 1.0)
-    # Beyond its height a term has a degree nowhere, and rules of one term may add up to more than 1.
-    if shares_terms(system, output) or any(system.number(t.membership.height) != 1 for t in output.terms):
-        return True
-    return not all(low <= end <= high for t in output.terms for end in _ends(system, t.membership))
-
-
-def _ends(system: FuzzySystem, membership: Membership) -> tuple[float, float]:
-    """Return where a monotone term has the degrees 0 and 1; infinite for what is none and for endless tails."""
-    if membership.kind not in MEMBERSHIP or is_endless(membership.kind):
-        return -math.inf, math.inf
-    formula = MEMBERSHIP[membership.kind]
-    p = tuple(system.number(a) for a in membership.arguments)
-    if not formula.monotone(p):
-        return -math.inf, math.inf
-    bends = [x for x in formula.pieces(p) if math.isfinite(x)]
-    return min(bends), max(bends)
-
-
-def _merges(system: FuzzySystem) -> bool:
-    """Whether an output that sums over rules joins those of one term otherwise than by adding them."""
-    usual = system.method.aggregation
-    return any(defuzzifier_of(system, o).over_rules and (o.aggregation or usual) != "sum" for o in system.outputs)
-
-
-def _has_functions(system: FuzzySystem) -> bool:
-    """Whether a term is a function that may have no value somewhere."""
-    terms = [t.membership for v in (*system.inputs, *system.outputs) for t in v.terms]
-    return any(m.kind == "function" and names_in(m.arguments[0]) for m in terms)
-
-
-def shares_terms(system: FuzzySystem, output: Output) -> bool:
+def _shares_terms(system: FuzzySystem, output: Output) -> bool:
     """Whether two rules name one term of an output."""
-    named = [c.term for r in system.rules for c in r.consequents if c.output == output.name]
-    return len(set(named)) < len(named)
+    terms = [c.term for r in system.rules for c in r.consequents if c.output == output.name]
+    return len(set(terms)) < len(terms)
 
 
 def aggregation_matters(system: FuzzySystem, output: Output, merge: str) -> bool:
-    """Whether an output has use for a norm under a tool's `merge`; some join the rules of one term before sums."""
+    """Whether a norm changes an output under a tool's `merge`; some tools join the rules of one term before sums."""
     is_sum = defuzzifier_of(system, output).over_rules
-    return not is_sum or merge == "places" or (merge == "terms" and shares_terms(system, output))
+    return not is_sum or merge == "places" or (merge == "terms" and _shares_terms(system, output))
+
+
+# --- reasons why no file can be written ----------------------------------------------------------------------------
+
+
+def cannot(system: FuzzySystem, format: str, reasons: Sequence[str]) -> DiagnosticError:
+    """Return the error for a system that a format cannot hold at all."""
+    facts = tuple(dict.fromkeys(reasons))
+    message = f"a {format} file cannot express '{system.name}'"
+    return DiagnosticError([Diagnostic("FZ608", message, system.span, facts=facts, file=system.path)])
 
 
 def impossible(system: FuzzySystem) -> Iterator[str]:
-    """Yield what no format of another tool has."""
+    """Yield the parts that no format of another tool has."""
     for output in system.outputs:
         if output.adaptive is not None:
             yield f"output '{output.name}' is adaptive"
@@ -192,16 +106,109 @@ def formula_sets(system: FuzzySystem) -> Iterator[str]:
                 yield f"term '{term.name}' of '{output.name}' is a set that is a formula"
 
 
+# --- numerics ------------------------------------------------------------------------------------------------------
+
+
+def other_knobs(system: FuzzySystem, there: Semantics) -> Iterator[Loss]:
+    """Yield the knobs that differ in the tool of a format and change numbers of a system."""
+    here = system.method.semantics
+    for knob in KNOBS:
+        if getattr(here, knob) != getattr(there, knob) and _matters(system, knob, there):
+            why = f"{there.text(knob)} under '{there.profile}'"
+            yield Loss(f"system '{system.name}'", f"{knob} {here.text(knob)}", why)
+
+
+def _matters(system: FuzzySystem, knob: str, there: Semantics) -> bool:
+    """Whether the value of a knob there changes numbers of a system."""
+    methods = [defuzzifier_of(system, o) for o in system.outputs]
+    norms = used_norms(system)
+    hedges, consequent_hedges = used_hedges(system)
+    memberships = [t.membership for v in (*system.inputs, *system.outputs) for t in v.terms]
+    weighted = any(system.number(r.weight) != 1 for r in system.rules)
+    outputs = {o.name for o in system.outputs}
+    relevant = {
+        "weight": weighted and any(not m.over_rules for m in methods) and norms != {"product"},
+        # A file says that rules count by themselves: it adds them up.
+        "merge": system.method.semantics.merge != "rules"
+        and any(_joins_terms(system, o) for o in system.outputs)
+        and any(_shares_terms(system, o) for o in system.outputs),
+        "total": any(m.averages for m in methods) and (weighted or len(system.outputs) > 1),
+        "least": bool(consequent_hedges) or _least_decides(system, there),
+        "equal": any({**CONJUNCTIONS, **AGGREGATIONS}[n].tolerant for n in norms),
+        "chained": any(i.variable in outputs for r in system.rules for i in literals(r.antecedent)),
+        "consequent_hedges": bool(consequent_hedges),
+        "extremely": "extremely" in hedges | consequent_hedges,
+        "sigmoid_difference": any(m.kind == "sigmoid_difference" for m in memberships),
+        "places": any(_places_leave(system, o) for o in system.outputs),
+        "none_active": any(m.kind in MAXIMA for m in methods),
+        "fallback": any(map(_is_function, memberships)) or any("tsukamoto" in m.kind for m in methods),
+    }
+    return relevant[knob]
+
+
+def _joins_terms(system: FuzzySystem, output: Output) -> bool:
+    """Whether an output that sums over rules joins those of one term otherwise than by adding them."""
+    return defuzzifier_of(system, output).over_rules and (output.aggregation or system.method.aggregation) != "sum"
+
+
+def _is_function(membership: Membership) -> bool:
+    """Whether a term is a function that may have no value somewhere."""
+    return membership.kind == "function" and bool(names_in(membership.arguments[0]))
+
+
+def _least_decides(system: FuzzySystem, there: Semantics) -> bool:
+    """Whether the activations that one of two tools leaves out may be the only ones in more than a sliver of a range.
+
+    Larger ones outweigh them. Straight sides, and smooth ones that end, have them only within about the root of the
+    bound of their ends; tails of curved terms, functions and small weights have them anywhere.
+    """
+    if max(system.method.semantics.least or 0.0, there.least or 0.0) == 0.0:
+        return False
+    if any(system.number(r.weight) < _SMALL for r in system.rules):
+        return True
+    used = {(i.variable, i.term) for r in system.rules for i in literals(r.antecedent)}
+    terms = [t.membership for v in system.inputs for t in v.terms if (v.name, t.name) in used]
+    return any(system.number(m.height) < _SMALL or is_endless(m.kind) or _is_function(m) for m in terms)
+
+
+def _places_leave(system: FuzzySystem, output: Output) -> bool:
+    """Whether places that Tsukamoto's method finds may lie outside the range of an output."""
+    kind = defuzzifier_of(system, output).kind
+    if "tsukamoto" not in kind:
+        return False
+    low, high = system.range_of(output)
+    if kind.startswith("inverse"):
+        return not (low <= 0.0 and high >= 1.0)
+    # No place has a degree beyond the height of a term, and rules of one term may add up to more than 1.
+    if _shares_terms(system, output) or any(system.number(t.membership.height) != 1 for t in output.terms):
+        return True
+    return not all(low <= end <= high for t in output.terms for end in _ends(system, t.membership))
+
+
+def _ends(system: FuzzySystem, membership: Membership) -> tuple[float, float]:
+    """Return the places of the degrees 0 and 1 of a monotone term; infinite for other terms and endless tails."""
+    if membership.kind in MEMBERSHIP and not is_endless(membership.kind):
+        formula = MEMBERSHIP[membership.kind]
+        p = tuple(system.number(a) for a in membership.arguments)
+        if formula.monotone(p):
+            bends = [x for x in formula.pieces(p) if math.isfinite(x)]
+            return min(bends), max(bends)
+    return -math.inf, math.inf
+
+
+# --- the system that a text is read as -----------------------------------------------------------------------------
+
+
 def losses_of(
     system: FuzzySystem, back: FuzzySystem | None, rules: Sequence[int] | None = None, *, nan_for_error: bool = False
 ) -> Iterator[Loss]:
-    """Yield what a text does not say, or says in another way, apart from its terms.
+    """Yield the differences between a system and its text, apart from its terms.
 
     Args:
-        system: The system as it is written, its names those of the text.
-        back: What the text is read as; None where it cannot be read.
-        rules: Positions of the system's rules in the order of the text; None where that is their own.
-        nan_for_error: Whether NaN where no rule fires is as good as an error.
+        system: The system with the names of the text.
+        back: The system that the text is read as; None if it cannot be read.
+        rules: Positions of the system's rules in the order of the text; None for the order of the system.
+        nan_for_error: Whether NaN if no rule fires is as good as an error.
     """
     where = f"system '{system.name}'"
     if back is None:
@@ -210,30 +217,28 @@ def losses_of(
     yield from _of_words(system, back, where)
     yield from other_knobs(system, back.method.semantics)
     yield from _of_rules(system, back, range(len(system.rules)) if rules is None else rules)
-    for variable, own in zip(system.inputs, back.inputs, strict=False):
-        yield from _of_input(system, variable, own)
+    for variable, there in zip(system.inputs, back.inputs, strict=False):
+        yield from _of_input(system, variable, there)
     for output, read in zip(system.outputs, back.outputs, strict=False):
         yield from _of_output(system, output, back, read)
         yield from _of_otherwise(system, output, read, nan_for_error=nan_for_error)
 
 
 def _of_words(system: FuzzySystem, back: FuzzySystem, where: str) -> Iterator[Loss]:
-    """Yield what a kernel does not read and the text does not say."""
-    found = {
-        "the title": (system.title, back.title),
-        "the source": (system.citation, back.citation),
-        "units of params": (any(p.unit for p in system.params), any(p.unit for p in back.params)),
-        "guarantees": (system.guarantees, back.guarantees),
-    }
-    for what, (said, kept) in found.items():
-        if said and not kept:
-            yield Loss(where, what, "the format has none", exact=True)
-    for variables, read in ((system.inputs, back.inputs), (system.outputs, back.outputs)):
-        for own, there in zip(variables, read, strict=False):
-            for field in ("label", "unit"):
-                if getattr(own, field) and not getattr(there, field):
-                    kind = "output" if isinstance(own, Output) else "input"
-                    yield Loss(f"{kind} '{own.name}'", f"the {field}", "the format has none", exact=True)
+    """Yield the words that the text does not have; no kernel reads them."""
+    texts = [
+        (where, "the title", system.title, back.title),
+        (where, "the source", system.citation, back.citation),
+        (where, "units of params", any(p.unit for p in system.params), any(p.unit for p in back.params)),
+        (where, "guarantees", system.guarantees, back.guarantees),
+    ]
+    for kind in ("input", "output"):
+        for here, there in zip(getattr(system, f"{kind}s"), getattr(back, f"{kind}s"), strict=False):
+            owner = f"{kind} '{here.name}'"
+            texts += [(owner, f"the {f}", getattr(here, f), getattr(there, f)) for f in ("label", "unit")]
+    for owner, what, text, text_there in texts:
+        if text and not text_there:
+            yield Loss(owner, what, "the format has none", exact=True)
     if system.params:
         yield Loss(where, f"params {', '.join(p.name for p in system.params)}", "written as their values", exact=True)
     if any(isinstance(b, RuleTable) for b in system.tables_and_rules):
@@ -245,25 +250,25 @@ def _of_words(system: FuzzySystem, back: FuzzySystem, where: str) -> Iterator[Lo
 def _of_rules(system: FuzzySystem, back: FuzzySystem, rules: Sequence[int]) -> Iterator[Loss]:
     outputs = {there.name: output for output, there in zip(system.outputs, back.outputs, strict=False)}
     for r, (k, there) in zip(rules, enumerate(back.rule_methods), strict=False):
-        own, rule = system.rule_methods[r], system.rules[r]
-        where = f"rule block '{system.rule_blocks[own.block].name}'" if own.block >= 0 else f"system '{system.name}'"
-        pairs = [("activation", own.activation.kind, there.activation.kind)]
+        here, rule = system.rule_methods[r], system.rules[r]
+        where = f"rule block '{system.rule_blocks[here.block].name}'" if here.block >= 0 else f"system '{system.name}'"
+        pairs = [("activation", here.activation.kind, there.activation.kind)]
         if is_joined_by(And, rule.antecedent):
-            pairs.append(("and", own.conjunction, there.conjunction))
+            pairs.append(("and", here.conjunction, there.conjunction))
         if is_joined_by(Or, rule.antecedent):
-            pairs.append(("or", own.disjunction, there.disjunction))
+            pairs.append(("or", here.disjunction, there.disjunction))
         for name in {c.output for c in back.rules[k].consequents} & outputs.keys():
             if not defuzzifier_of(system, outputs[name]).over_rules:
-                kept = back.implication_of(k, back.output(name))
-                pairs.append(("implication", system.implication_of(r, outputs[name]), kept))
-        for what, said, read in pairs:
-            if said != read:
-                yield Loss(where, f"{what} {said}", f"it is read as '{read}'")
+                implication = system.implication_of(r, outputs[name])
+                pairs.append(("implication", implication, back.implication_of(k, back.output(name))))
+        for what, method, method_there in pairs:
+            if method != method_there:
+                yield Loss(where, f"{what} {method}", f"it is read as '{method_there}'")
 
 
-def _of_input(system: FuzzySystem, variable: Input, read: Input) -> Iterator[Loss]:
+def _of_input(system: FuzzySystem, variable: Input, there: Input) -> Iterator[Loss]:
     where = f"input '{variable.name}'"
-    if variable.extrapolate == read.extrapolate:
+    if variable.extrapolate == there.extrapolate:
         return
     exact = not holding_matters(system, variable)
     if variable.extrapolate:
@@ -273,45 +278,46 @@ def _of_input(system: FuzzySystem, variable: Input, read: Input) -> Iterator[Los
         yield Loss(where, "clamped to its range", why, exact=exact)
 
 
-def _of_output(system: FuzzySystem, output: Output, back: FuzzySystem, read: Output) -> Iterator[Loss]:
+def _of_output(system: FuzzySystem, output: Output, back: FuzzySystem, there: Output) -> Iterator[Loss]:
     where = f"output '{output.name}'"
     if output.adaptive is not None:
         yield Loss(where, "adaptive consequents", "they stay as they are")
-    if output.clamped and not read.clamped:
+    if output.clamped and not there.clamped:
         yield Loss(where, "clamped to its range", "nothing clamps it")
-    ours, theirs = defuzzifier_of(system, output), defuzzifier_of(back, read)
+    ours, theirs = defuzzifier_of(system, output), defuzzifier_of(back, there)
     same = (ours.averages and theirs.averages) or (ours.over_rules and ours.kind == theirs.kind)
     if ours != theirs and not same:
         yield Loss(where, f"defuzzifier {_text(ours)}", f"becomes {_text(theirs)}")
-    said, kept = (o.aggregation or s.method.aggregation for s, o in ((system, output), (back, read)))
+    norm, norm_there = (o.aggregation or s.method.aggregation for s, o in ((system, output), (back, there)))
     if ours.over_rules and system.method.semantics.merge == "rules":
-        said = "sum"  # rules that stand by themselves are added up
-    if aggregation_matters(system, output, back.method.semantics.merge) and said != kept:
-        yield Loss(where, f"aggregation {said}", f"it is read as '{kept}'")
+        norm = "sum"  # each rule counts by itself
+    if aggregation_matters(system, output, back.method.semantics.merge) and norm != norm_there:
+        yield Loss(where, f"aggregation {norm}", f"it is read as '{norm_there}'")
 
 
-def _of_otherwise(system: FuzzySystem, output: Output, found: Output, *, nan_for_error: bool) -> Iterator[Loss]:
-    """Yield what an output is where no rule fires, as far as it is something else."""
+def _of_otherwise(system: FuzzySystem, output: Output, there: Output, *, nan_for_error: bool) -> Iterator[Loss]:
+    """Yield a difference of the value if no rule fires."""
     where = f"output '{output.name}'"
-    middle = middle_of(system, output)
-    said, read = (_value(system, o.otherwise, middle) for o in (output, found))
+    value, value_there = (_value(system, o.otherwise, _middle(system, output)) for o in (output, there))
     if output.otherwise is None:
-        if found.otherwise is not None:
+        if there.otherwise is not None:
             yield Loss(where, "that some rule always fires", "the format has no words for it", exact=True)
-    elif said != read:
-        text = output.otherwise if isinstance(output.otherwise, str) else "hold" if said[0] == "hold" else "a value"
-        exact = text == "error" and nan_for_error
-        kept = "nothing" if found.otherwise is None else otherwise_text(found.otherwise)
-        if said[0] == read[0] == "hold":
-            yield Loss(where, "what it holds at first", f"it begins with {kept}")
+    elif value != value_there:
+        text_there = "nothing" if there.otherwise is None else otherwise_text(there.otherwise)
+        if value[0] == value_there[0] == "hold":
+            yield Loss(where, "what it holds at first", f"it begins with {text_there}")
         else:
-            yield Loss(where, f"else {text}", f"it is '{kept}' there where no rule fires", exact=exact)
-    elif output.otherwise == "midpoint" != found.otherwise:
+            text = (
+                output.otherwise if isinstance(output.otherwise, str) else "hold" if value[0] == "hold" else "a value"
+            )
+            exact = text == "error" and nan_for_error
+            yield Loss(where, f"else {text}", f"it is '{text_there}' there where no rule fires", exact=exact)
+    elif output.otherwise == "midpoint" != there.otherwise:
         yield Loss(where, "else midpoint", "the number is written", exact=True)
 
 
 def _value(system: FuzzySystem, otherwise: object, middle: float) -> tuple[str, object]:
-    """Return what an output is where no rule fires in a form that can be compared."""
+    """Return the value of an output if no rule fires in a form that can be compared."""
     if isinstance(otherwise, Hold):
         return "hold", _value(system, "midpoint" if otherwise.start is None else otherwise.start, middle)
     if isinstance(otherwise, Expr):
@@ -324,6 +330,9 @@ def _text(defuzzifier: Defuzzifier) -> str:
     return f"{defuzzifier_text(defuzzifier)} without samples" if exact else defuzzifier_text(defuzzifier)
 
 
+# --- consequents as formats have them ------------------------------------------------------------------------------
+
+
 def with_named_consequents(
     system: FuzzySystem, prefix: str = "mf", *, fold: Callable[[str], str] = str
 ) -> tuple[FuzzySystem, list[Loss]]:
@@ -331,10 +340,10 @@ def with_named_consequents(
 
     Args:
         system: The system; numbers and functions in its rules and cells have no names.
-        prefix: What the names begin with, before a number; `mf` is followed by the number of the term.
-        fold: What makes two names one, such as a change of case.
+        prefix: The beginning of the names, before a number; behind `mf` it is the number of the term.
+        fold: Makes equal names of two that the format does not tell apart, such as a change of case.
     """
-    outputs = {o.name: list(o.terms) for o in system.outputs}
+    terms = {o.name: list(o.terms) for o in system.outputs}
     names: dict[tuple[str, Membership], str] = {}
 
     def named(c: Consequent) -> Consequent:
@@ -342,27 +351,25 @@ def with_named_consequents(
             return c
         key = c.output, c.term
         if key not in names:
-            terms = outputs[c.output]
-            taken = {fold(t.name) for t in terms}
-            number = len(terms) + 1 if prefix == "mf" else 1
-            while fold(f"{prefix}{number}") in taken:
+            known = {fold(t.name) for t in terms[c.output]}
+            number = len(terms[c.output]) + 1 if prefix == "mf" else 1
+            while fold(f"{prefix}{number}") in known:
                 number += 1
             names[key] = f"{prefix}{number}"
-            terms.append(Term(name=names[key], membership=c.term))
+            terms[c.output].append(Term(name=names[key], membership=c.term))
         return c.model_copy(update={"term": names[key]})
 
     rules = [r.model_copy(update={"consequents": tuple(map(named, r.consequents))}) for r in system.rules]
     if not names:
         return system, []
-    made = tuple(o.model_copy(update={"terms": tuple(outputs[o.name])}) for o in system.outputs)
-    changed = dict.fromkeys(output for output, _ in names)
+    outputs = tuple(o.model_copy(update={"terms": tuple(terms[o.name])}) for o in system.outputs)
     what, why = "consequents without a name", "they are terms with names of their own"
-    losses = [Loss(f"output '{output}'", what, why, exact=True) for output in changed]
-    return system.with_rules(rules).model_copy(update={"outputs": made}), losses
+    losses = [Loss(f"output '{name}'", what, why, exact=True) for name in dict.fromkeys(o for o, _ in names)]
+    return system.with_rules(rules).model_copy(update={"outputs": outputs}), losses
 
 
 def with_numbers_averaged(system: FuzzySystem) -> tuple[FuzzySystem, list[Loss]]:
-    """Return a system whose averages are over numbers, the middles of the cores of sets, and which sets they were."""
+    """Return a system whose averages are over numbers, the middles of the cores of sets, and the sets it replaced."""
     losses: list[Loss] = []
     outputs = tuple(_with_numbers(system, o, losses) for o in system.outputs)
     return system.model_copy(update={"outputs": outputs}), losses
@@ -376,11 +383,12 @@ def _with_numbers(system: FuzzySystem, output: Output, losses: list[Loss]) -> Ou
     reads = not by_degree and any(i.variable == output.name for r in system.rules for i in literals(r.antecedent))
     terms = []
     for term in output.terms:
-        own = term.membership
-        if own.kind in MEMBERSHIP and own.kind != "constant":
-            low, high = MEMBERSHIP[own.kind].core(tuple(system.number(a) for a in own.arguments))
-            number = Membership(kind="constant", arguments=(Number((low + high) / 2),), span=own.span)
-            if MEMBERSHIP[own.kind].fuzzy:
+        membership = term.membership
+        formula = MEMBERSHIP.get(membership.kind)
+        if formula is not None and membership.kind != "constant":
+            low, high = formula.core(tuple(system.number(a) for a in membership.arguments))
+            number = Membership(kind="constant", arguments=(Number((low + high) / 2),), span=membership.span)
+            if formula.fuzzy:
                 why = "in an average only the middle of its core counts, which is written"
                 losses.append(Loss(f"output '{output.name}'", f"term '{term.name}'", why, exact=not reads))
             term = term.model_copy(update={"membership": number})
