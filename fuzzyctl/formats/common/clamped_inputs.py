@@ -17,29 +17,28 @@ Point = tuple[float, float]
 
 
 def counts(variable: Input, system: FuzzySystem) -> bool:
-    """Whether a consequent that is a function of the inputs names one."""
+    """Whether a consequent that is a function of the inputs names an input."""
     place = system.inputs.index(variable)
-    named = [t.membership for o in system.outputs for t in o.terms]
-    named += [c.term for r in system.rules for c in r.consequents if isinstance(c.term, Membership)]
-    for membership in named:
-        if membership.kind == "linear" and membership.arguments[place] != ZERO:
-            return True
-        if membership.kind == "function" and variable.name in {n.name for n in names_in(membership.arguments[0])}:
-            return True
-    return False
+    memberships = [t.membership for o in system.outputs for t in o.terms]
+    memberships += [c.term for r in system.rules for c in r.consequents if isinstance(c.term, Membership)]
+    return any(
+        (m.kind == "linear" and m.arguments[place] != ZERO)
+        or (m.kind == "function" and variable.name in {n.name for n in names_in(m.arguments[0])})
+        for m in memberships
+    )
 
 
 def holding_matters(system: FuzzySystem, variable: Input) -> bool:
-    """Whether an input that is not held at the ends of its range gives other numbers beyond them."""
+    """Whether clamping an input to its range changes numbers."""
     if counts(variable, system):
         return True
     used = {i.term for r in system.rules for i in literals(r.antecedent) if i.variable == variable.name}
-    ends = system.number(variable.lower), system.number(variable.upper)
+    ends = system.range_of(variable)
     return any(not _is_constant_beyond(system, t.membership, *ends) for t in variable.terms if t.name in used)
 
 
 def _is_constant_beyond(system: FuzzySystem, membership: Membership, lower: float, upper: float) -> bool:
-    """Whether a degree stays below the lower end what it is there, and above the upper end."""
+    """Whether a term has one degree from the lower end down, and one from the upper end up."""
     if membership.kind == "function":
         return not names_in(membership.arguments[0])
     if membership.kind not in MEMBERSHIP or is_endless(membership.kind):
@@ -52,13 +51,13 @@ def _is_constant_beyond(system: FuzzySystem, membership: Membership, lower: floa
         above = {y for x, y in corners if x > upper} | {corners[-1][1], _degree(corners, upper)}
         return len(below) == len(above) == 1
     bends = [x for x in (*formula.pieces(p), *formula.core(p)) if math.isfinite(x)]
-    # A side of no width is a jump, which counts as what lies beyond the range where it stands at its end.
+    # A side without width is a jump; at the end of the range it counts as beyond the range.
     first, last = (p[0] == p[1], p[-1] == p[-2]) if membership.kind == "pi_shape" else (False, False)
     return lower <= min(bends) and max(bends) <= upper and not ((first and lower == p[0]) or (last and upper == p[-1]))
 
 
 def _degree(corners: Sequence[Point], x: float) -> float:
-    """Return the degree of a straight function at a place; where it jumps the larger one."""
+    """Return the degree of a straight function at a place; the larger one if it jumps there."""
     at = [y for place, y in corners if place == x]
     if at or x < corners[0][0] or x > corners[-1][0]:
         return max(at) if at else corners[0][1] if x < corners[0][0] else corners[-1][1]
@@ -67,7 +66,7 @@ def _degree(corners: Sequence[Point], x: float) -> float:
 
 
 def with_shoulders(system: FuzzySystem, *, points: bool) -> FuzzySystem:
-    """Return a system whose held inputs have, where straight functions can, the same degrees without being held.
+    """Return a system whose clamped inputs have, if straight functions can, the same degrees without clamping.
 
     Args:
         system: The system.
@@ -78,47 +77,47 @@ def with_shoulders(system: FuzzySystem, *, points: bool) -> FuzzySystem:
 
 
 def _with_shoulders(system: FuzzySystem, variable: Input, points: bool) -> Input:
-    lower, upper = system.number(variable.lower), system.number(variable.upper)
-    terms: list[Term] = []
-    for term in variable.terms:
-        if not _is_constant_beyond(system, term.membership, lower, upper):
-            found = _cut(system, term.membership, lower, upper, points)
-            term = term.model_copy(update={"membership": found}) if found is not None else term
-        terms.append(term)
-    return variable.model_copy(update={"terms": tuple(terms)})
+    ends = system.range_of(variable)
+
+    def cut(term: Term) -> Term:
+        if _is_constant_beyond(system, term.membership, *ends):
+            return term
+        return term.model_copy(update={"membership": _cut(system, term.membership, *ends, points) or term.membership})
+
+    return variable.model_copy(update={"terms": tuple(map(cut, variable.terms))})
 
 
-def _cut(system: FuzzySystem, own: Membership, lower: float, upper: float, points: bool) -> Membership | None:
-    """Return a straight function that is the same within a range, and constant beyond; None where there is none."""
-    if own.kind not in MEMBERSHIP or is_number(own.kind):
+def _cut(system: FuzzySystem, membership: Membership, lower: float, upper: float, points: bool) -> Membership | None:
+    """Return a straight function that is the same within a range, and constant beyond; None if there is none."""
+    if membership.kind not in MEMBERSHIP or is_number(membership.kind):
         return None
-    corners = MEMBERSHIP[own.kind].vertices(tuple(system.number(a) for a in own.arguments))
+    corners = MEMBERSHIP[membership.kind].vertices(tuple(system.number(a) for a in membership.arguments))
     if not corners:
         return None
-    ends = [(x, _degree(corners, x)) for x in (lower, upper)]
     inner = [(float(x), float(y)) for x, y in corners if lower < x < upper]
-    found = [ends[0], *inner, ends[1]]
-    if not any(y for _, y in found):  # nothing in the range belongs to it, and there is no set that nothing belongs to
+    line = [(lower, _degree(corners, lower)), *inner, (upper, _degree(corners, upper))]
+    if not any(y for _, y in line):  # it is 0 within the range, and no kind is 0 everywhere
         return None
-    kind, parameters = simplest(found) or ("piecewise", tuple(n for point in found for n in point))
-    if not points and (kind == "piecewise" or system.number(own.height) != 1):
+    kind, parameters = simplest(line) or ("piecewise", tuple(n for point in line for n in point))
+    if not points and (kind == "piecewise" or system.number(membership.height) != 1):
         return None
-    return Membership(kind=kind, arguments=tuple(map(Number, parameters)), height=own.height, span=own.span)
+    arguments = tuple(map(Number, parameters))
+    return Membership(kind=kind, arguments=arguments, height=membership.height, span=membership.span)
 
 
 def simplest(points: Sequence[Point]) -> tuple[str, tuple[float, ...]] | None:
-    """Return the kind and the parameters of a set of points that is a triangle, a trapezoid or a shoulder, else None.
+    """Return the kind and the parameters of points that are a triangle, a trapezoid or a shoulder, else None.
 
     Args:
-        points: Corners from left to right, beyond which the degree stays.
+        points: Corners from left to right, beyond which the degree is constant.
     """
-    kept = list(points)
-    while len(kept) > 1 and kept[0][1] == kept[1][1]:
-        del kept[0]
-    while len(kept) > 1 and kept[-1][1] == kept[-2][1]:
-        del kept[-1]
-    places = tuple(x for x, _ in kept)
-    match tuple(y for _, y in kept):
+    corners = list(points)
+    while len(corners) > 1 and corners[0][1] == corners[1][1]:
+        del corners[0]
+    while len(corners) > 1 and corners[-1][1] == corners[-2][1]:
+        del corners[-1]
+    places = tuple(x for x, _ in corners)
+    match tuple(y for _, y in corners):
         case (0.0, 1.0, 0.0):
             return "triangle", places
         case (0.0, 1.0, 1.0, 0.0):

@@ -16,13 +16,13 @@ MOST_LINES: Final = 20_000
 
 @dataclass(frozen=True)
 class Reading:
-    """What two tools read differently.
+    """A text that two tools read differently.
 
     Args:
-        message: How it is read here.
-        other: How the other tool reads it.
-        way_out: What both read alike.
-        span: Where it stands.
+        message: The reading here.
+        other: The reading of the other tool.
+        way_out: A text that both read alike.
+        span: The place of the text.
     """
 
     message: str
@@ -45,7 +45,7 @@ class Reporter:
     """Collects the diagnostics of a reader.
 
     Attributes:
-        diagnostics: What was found so far.
+        diagnostics: The diagnostics so far.
         file: The name of the file, for diagnostics without a location.
     """
 
@@ -78,31 +78,31 @@ class Findings(Reporter):
         self.diagnostics = []
 
     def refuse(self, error: ParseError) -> None:
-        """Add the error of what could not be read."""
+        """Add the error of a text that cannot be read."""
         self.diagnostics.append(replace(error.diagnostic, file=self.source.name))
 
     def differs(self, reading: Reading) -> None:
-        """Add a warning of what tools read differently."""
+        """Add a warning of a text that tools read differently."""
         self.warning("FZ609", reading.message, reading.span, help=reading.way_out, facts=(reading.other,))
 
     def given_twice(self, what: str, span: Span, earlier: Span) -> None:
-        """Add the error of what may be given once."""
+        """Add the error of a repetition."""
         self.error("FZ215", f"{what} is given twice", span, notes=(Note(earlier, "first given here"),))
 
     def too_many(self, count: int, span: Span) -> bool:
-        """Whether there are too many lines; it is reported where the count is just above the most."""
+        """Whether there are too many lines; report the first one beyond the limit."""
         if count == MOST_LINES + 1:
             message = f"the file has more than {MOST_LINES:,} lines"
             self.error("FZ112", message, span, help="the rest is not read")
         return count > MOST_LINES
 
     def in_order(self) -> list[Diagnostic]:
-        """Return what was found in the order of the places."""
+        """Return the diagnostics in the order of their places."""
         return sorted(self.diagnostics, key=lambda d: d.span.start if d.span is not None else -1)
 
 
 def meant(name: str, known: Iterable[str]) -> str:
-    """Return a help that names the known word a misspelt one is like, or nothing."""
+    """Return a help that names the known word nearest to a misspelt one, or nothing."""
     near = closest(name, list(known))
     return f"did you mean '{near}'?" if near else ""
 

@@ -1,4 +1,4 @@
-"""Words of rules: norms that belong together, tables read the other way round, and what `any` makes of a condition."""
+"""Tables of words both ways: norms that belong together, membership functions, and conditions with `any`."""
 
 from __future__ import annotations
 
@@ -25,10 +25,7 @@ def first_words(words: Mapping[str, str]) -> dict[str, str]:
 
 
 def up_to_any(hedges: Sequence[str], term: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return what follows `is` in a condition of fuzzylite, as its hedges and its term, if any.
-
-    `any` is 1 whatever follows it. fuzzylite takes nothing behind it, so that what follows is left out.
-    """
+    """Return the hedges and the term, if any, of a condition of fuzzylite, which allows nothing behind `any`."""
     if "any" in hedges:
         return tuple(hedges[: hedges.index("any") + 1]), ()
     return tuple(hedges), (term,)
@@ -49,10 +46,10 @@ class ShapeWord:
     Args:
         kind: Its kind in the model.
         form: Names of its parameters in the order of the file; a list without end closes with `...`.
-        order: Positions in the file of the parameters in the order of the model; empty where both are the same.
-        doubled: Positions in the model of what is twice as large there as in the file.
-        magnitudes: Positions in the model of what counts by its magnitude, such as a width that a formula squares.
-        read: The kind and the parameters for those of a file, where more than their order changes.
+        order: Positions in the file of the parameters in the order of the model; empty if both are the same.
+        doubled: Positions in the model of parameters that are twice as large as in the file.
+        magnitudes: Positions in the model of parameters whose sign does not matter, such as a width that is squared.
+        read: Makes the kind and the parameters of those of a file, if more than their order changes.
     """
 
     kind: str
@@ -71,8 +68,8 @@ class ShapeWord:
         """Return the kind and the parameters in the model for those of a file."""
         if self.read is not None:
             return self.read(p)
-        found = (2 * v if i in self.doubled else v for i, v in enumerate(self.ordered(p)))
-        return self.kind, tuple(abs(v) if i in self.magnitudes else v for i, v in enumerate(found))
+        values = (2 * v if i in self.doubled else v for i, v in enumerate(self.ordered(p)))
+        return self.kind, tuple(abs(v) if i in self.magnitudes else v for i, v in enumerate(values))
 
     def ordered(self, p: Sequence[T]) -> tuple[T, ...]:
         """Return the parameters in the order of the model for those of a file, which may be numbers or expressions."""
@@ -80,8 +77,8 @@ class ShapeWord:
 
     def parameters(self, p: Values) -> Values:
         """Return the parameters in a file for those of the model."""
-        found = tuple(v / 2 if i in self.doubled else v for i, v in enumerate(p))
-        return tuple(found[self.order.index(i)] for i in range(len(found))) if self.order else found
+        values = tuple(v / 2 if i in self.doubled else v for i, v in enumerate(p))
+        return tuple(values[self.order.index(i)] for i in range(len(values))) if self.order else values
 
 
 def words_by_kind(words: Mapping[str, ShapeWord]) -> dict[str, tuple[str, ShapeWord]]:
