@@ -15,49 +15,45 @@ Dialect = Literal["matlab", "octave", "fuzzylite"]
 
 # --- words ---------------------------------------------------------------------------------------------------------
 
+
+def _as_here(*words: str) -> dict[str, str]:
+    """Return words that the model has, too."""
+    return {word: word for word in words}
+
+
 #: Triangular norms for `and` and implication.
-CONJUNCTION_WORDS: Final[dict[str, str]] = {
+CONJUNCTION_WORDS: Final = {
     "min": "min",
     "prod": "product",
-    "product": "product",
-    "bounded_difference": "bounded_difference",
-    "drastic_product": "drastic_product",
-    "einstein_product": "einstein_product",
-    "hamacher_product": "hamacher_product",
-    "nilpotent_minimum": "nilpotent_minimum",
+    **_as_here("product", "bounded_difference", "drastic_product", "einstein_product"),
+    **_as_here("hamacher_product", "nilpotent_minimum"),
 }
 
 #: Triangular conorms for `or`.
-DISJUNCTION_WORDS: Final[dict[str, str]] = {
+DISJUNCTION_WORDS: Final = {
     "max": "max",
     "probor": "probabilistic_sum",
     "algebraic_sum": "probabilistic_sum",
     "bounded_sum": "bounded_sum",
     "normalized_sum": "bounded_sum",  # (a + b) / max(1, a + b) is min(1, a + b)
-    "drastic_sum": "drastic_sum",
-    "einstein_sum": "einstein_sum",
-    "hamacher_sum": "hamacher_sum",
-    "nilpotent_maximum": "nilpotent_maximum",
+    **_as_here("drastic_sum", "einstein_sum", "hamacher_sum", "nilpotent_maximum"),
 }
 
-AGGREGATION_WORDS: Final[dict[str, str]] = {**DISJUNCTION_WORDS, "sum": "sum"}
+AGGREGATION_WORDS: Final = {**DISJUNCTION_WORDS, "sum": "sum"}
 
 #: Words of Octave's toolkit and of fuzzylite that MATLAB does not have.
 BEYOND_MATLAB: Final = frozenset({*CONJUNCTION_WORDS, *DISJUNCTION_WORDS} - {"min", "prod", "max", "probor"})
 
-DEFUZZIFIER_WORDS: Final[dict[str, str]] = {
+DEFUZZIFIER_WORDS: Final = {
     "centroid": "centroid",
     "centroid_integral": "centroid",
-    "bisector": "bisector",
-    "mom": "mom",
-    "som": "som",
-    "lom": "lom",
+    **_as_here("bisector", "mom", "som", "lom"),
     "wtaver": "weighted_average",
     "wtsum": "weighted_sum",
 }
 
 #: Types of systems; the last three are fuzzylite's.
-TYPES: Final = {kind: kind for kind in ("mamdani", "sugeno", "tsukamoto", "inverse tsukamoto", "hybrid")}
+TYPES: Final = _as_here("mamdani", "sugeno", "tsukamoto", "inverse tsukamoto", "hybrid")
 
 
 def _by_key(*keys: str) -> dict[str, str]:

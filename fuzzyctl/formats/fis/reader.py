@@ -74,8 +74,8 @@ class _File:
 
     def translate(self) -> None:
         """Add all statements."""
-        entry, place = self.system.entry("Name"), self.system.header
-        name = (entry.string.text if entry is not None else "") or PurePath(self.translation.source.name).stem
+        place = self.system.header
+        name = self.system.string("Name") or PurePath(self.translation.source.name).stem
         self.translation.head(name, "", place, self.profile)
         self._methods()
         inputs = self._variables("input", ())
@@ -144,22 +144,21 @@ class _File:
         aggregations, version = dict(dialects.AGGREGATION_WORDS), dialects.fuzzylite_version(self.file)
         if version is not None and version < 6:
             aggregations["sum"] = "probabilistic_sum"  # its exporter called the algebraic sum so
+        conjunctions, disjunctions = dialects.CONJUNCTION_WORDS, dialects.DISJUNCTION_WORDS
+        t_norm, s_norm, aggregation = ("product", "probabilistic_sum", "sum") if sugeno else ("min", "max", "max")
         norms = {
-            "conjunction": self._method("AndMethod", dialects.CONJUNCTION_WORDS, "product" if sugeno else "min"),
-            "disjunction": self._method(
-                "OrMethod", dialects.DISJUNCTION_WORDS, "probabilistic_sum" if sugeno else "max"
-            ),
-            "implication": self._method("ImpMethod", dialects.CONJUNCTION_WORDS, "product" if sugeno else "min"),
-            "aggregation": self._method("AggMethod", aggregations, "sum" if sugeno else "max"),
+            "conjunction": self._method("AndMethod", conjunctions, t_norm),
+            "disjunction": self._method("OrMethod", disjunctions, s_norm),
+            "implication": self._method("ImpMethod", conjunctions, t_norm),
+            "aggregation": self._method("AggMethod", aggregations, aggregation),
         }
         self.translation.statements += settings(norms, self.system.header)
-        usual = "weighted_average" if sugeno else "centroid"
-        self.defuzzifier = self._method("DefuzzMethod", dialects.DEFUZZIFIER_WORDS, usual)
+        kind = "weighted_average" if sugeno else "centroid"
+        self.defuzzifier = self._method("DefuzzMethod", dialects.DEFUZZIFIER_WORDS, kind)
 
     def _method(self, key: str, known: Mapping[str, str], usual: str) -> str:
         """Return a method of the model; `usual` for a missing one, and an empty one as fuzzylite writes for none."""
-        entry = self.system.entry(key)
-        word = entry.string.text.lower() if entry is not None else ""
+        entry, word = self.system.entry(key), self.system.string(key).lower()
         if entry is None or not word:
             return usual
         otherwise = "a method of your own is a program, which cannot be read here"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
+from functools import cached_property
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
@@ -125,6 +126,7 @@ def _codes(part: Span, translation: Translation) -> tuple[Code, ...] | None:
     return tuple(codes) if is_sound else None
 
 
+@dataclass
 class RuleReader:
     """Translates rules in numbers.
 
@@ -134,21 +136,20 @@ class RuleReader:
         dialect: The tool that wrote the file, for hedges.
         sugeno: Whether consequents are numbers or functions.
         translation: Takes the rules, their hedges, and mistakes.
+        powers: The names of hedges declared so far.
     """
 
-    def __init__(
-        self,
-        inputs: Sequence[Variable],
-        outputs: Sequence[Variable],
-        dialect: Dialect,
-        sugeno: bool,
-        translation: Translation,
-    ) -> None:
-        self.inputs, self.outputs, self.dialect, self.sugeno = inputs, outputs, dialect, sugeno
-        self.translation = translation
-        self.powers: set[str] = set()
-        #: An input that has terms.
-        self.some_input = next((v for v in inputs if v.sound), None)
+    inputs: Sequence[Variable]
+    outputs: Sequence[Variable]
+    dialect: Dialect
+    sugeno: bool
+    translation: Translation
+    powers: set[str] = field(default_factory=set)
+
+    @cached_property
+    def some_input(self) -> Variable | None:
+        """An input that has terms."""
+        return next((v for v in self.inputs if v.sound), None)
 
     def read(self, rule: CodedRule) -> None:
         """Add a rule; report a mistake, or that it has no effect."""
@@ -267,6 +268,7 @@ def _term(code: Code, variable: Variable) -> sx.Word:
 # --- written -------------------------------------------------------------------------------------------------------
 
 
+@dataclass
 class RuleWriter:
     """Writes the rules of a system.
 
@@ -278,26 +280,28 @@ class RuleWriter:
         losses: Takes their losses.
     """
 
-    def __init__(
-        self, system: FuzzySystem, dialect: Dialect, beyond_matlab: bool, reasons: list[str], losses: list[Loss]
-    ) -> None:
-        self._system, self._dialect, self._beyond_matlab = system, dialect, beyond_matlab
-        self._reasons, self._losses = reasons, losses
-        self._inputs = {v.name: v for v in system.inputs}
-        self._powers = {h.name: power for h in system.hedges if (power := _exponent(h.expression)) is not None}
+    system: FuzzySystem
+    dialect: Dialect
+    beyond_matlab: bool
+    reasons: list[str]
+    losses: list[Loss]
+
+    def __post_init__(self) -> None:
+        self._inputs = {v.name: v for v in self.system.inputs}
+        self._powers = {h.name: power for h in self.system.hedges if (power := _exponent(h.expression)) is not None}
 
     def lines(self, number: Callable[[float], str]) -> Iterator[str]:
         """Yield the lines of all rules, with their weights as `number` writes them."""
-        for i, rule in enumerate(self._system.rules, 1):
+        for i, rule in enumerate(self.system.rules, 1):
             where = f"rule {i}"
             connective, codes = self._antecedent(rule.antecedent, where)
-            if not codes and self._dialect == "fuzzylite" and not self._reasons:
+            if not codes and self.dialect == "fuzzylite" and not self.reasons:
                 # It reads no rule without a condition, and has a number for "any".
-                some = next((v for v in self._system.inputs if v.terms), self._system.inputs[0])
+                some = next((v for v in self.system.inputs if v.terms), self.system.inputs[0])
                 connective, codes = 1, {some.name: f"{ANY if connective == 1 else -ANY}"}
             conditions = " ".join(codes.get(name, "0") for name in self._inputs)
-            conclusions = " ".join(self._consequent(o, rule, where) for o in self._system.outputs)
-            yield f"{conditions}, {conclusions} ({number(self._system.number(rule.weight))}) : {connective}"
+            conclusions = " ".join(self._consequent(o, rule, where) for o in self.system.outputs)
+            yield f"{conditions}, {conclusions} ({number(self.system.number(rule.weight))}) : {connective}"
 
     def _antecedent(self, antecedent: Antecedent, where: str) -> tuple[int, dict[str, str]]:
         """Return the connective and the numbers of terms by variable."""
@@ -306,14 +310,14 @@ class RuleWriter:
         for operand in _operands(antecedent, type(antecedent)):
             literal = _literal(operand)
             if literal is None:
-                self._reasons.append(f"{where} mixes 'and', 'or' and 'not' of groups")
+                self.reasons.append(f"{where} mixes 'and', 'or' and 'not' of groups")
                 continue
             if literal.hedges == ("any",) and connective == 1:
                 continue
             if literal.variable in codes:
-                self._reasons.append(f"{where} names '{literal.variable}' twice")
+                self.reasons.append(f"{where} names '{literal.variable}' twice")
             if literal.variable not in self._inputs:
-                self._reasons.append(f"{where} reads output '{literal.variable}'")
+                self.reasons.append(f"{where} reads output '{literal.variable}'")
             elif literal.hedges == ("not", "any"):
                 connective = 2
             else:
@@ -326,7 +330,7 @@ class RuleWriter:
         if not consequents:
             return "0"
         if len(consequents) > 1:
-            self._reasons.append(f"{where} sets '{output.name}' twice")
+            self.reasons.append(f"{where} sets '{output.name}' twice")
         return self._code(output, str(consequents[0].term), consequents[0].hedges, where)
 
     def _code(self, variable: LinguisticVariable, term: str, hedges: tuple[str, ...], where: str) -> str:
@@ -336,16 +340,16 @@ class RuleWriter:
             sign, hedges = "" if sign else "-", hedges[1:]
         fraction = self._fraction(hedges)
         if fraction is None:
-            self._reasons.append(f"{where} has the hedges '{' '.join(hedges)}'")
+            self.reasons.append(f"{where} has the hedges '{' '.join(hedges)}'")
             return "0"
-        if fraction and self._beyond_matlab:
-            self._losses.append(Loss(where, f"hedges '{' '.join(hedges)}'", "MATLAB has none; Octave reads them"))
+        if fraction and self.beyond_matlab:
+            self.losses.append(Loss(where, f"hedges '{' '.join(hedges)}'", "MATLAB has none; Octave reads them"))
         return f"{sign}{place + fraction:f}" if fraction else f"{sign}{place}"
 
     def _fraction(self, hedges: tuple[str, ...]) -> Decimal | None:
         if not hedges or hedges in HEDGES:
             return HEDGES.get(hedges, Decimal(0))
-        if len(hedges) == 1 and hedges[0] in self._powers and self._dialect != "fuzzylite":
+        if len(hedges) == 1 and hedges[0] in self._powers and self.dialect != "fuzzylite":
             return self._powers[hedges[0]] / 10
         return None
 

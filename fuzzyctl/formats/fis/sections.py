@@ -98,6 +98,11 @@ class Section:
         """Return the last entry of a key in capital or small letters."""
         return next((e for e in reversed(self.entries) if e.key.lower() == key.lower()), None)
 
+    def string(self, key: str) -> str:
+        """Return the last value of a key without quotes, empty if the key is missing."""
+        entry = self.entry(key)
+        return entry.string.text if entry is not None else ""
+
 
 @dataclass(frozen=True)
 class Sections:
