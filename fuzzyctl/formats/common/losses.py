@@ -8,7 +8,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Expr, Number, names_in
-from fuzzyctl.formats.common.clamped_inputs import holding_matters
+from fuzzyctl.formats.common.ranges import holding_matters
 from fuzzyctl.formats.fz import defuzzifier_text, otherwise_text
 from fuzzyctl.formats.registry import Loss
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, MEMBERSHIP, is_endless

@@ -1,20 +1,25 @@
-"""Ranges of variables estimated from their terms if a file has none, and formulas that leave [0, 1] in a range."""
+"""Ranges of variables: estimated from terms, inputs clamped to them, and formulas that leave [0, 1] within them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import product
+from itertools import pairwise, product
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Expr, ExprError, Number, evaluate
+from fuzzyctl.expr import ZERO, Expr, ExprError, Number, evaluate, names_in
 from fuzzyctl.formats.common.report import Reporter
+from fuzzyctl.formulas import MEMBERSHIP, is_endless, is_number
 from fuzzyctl.formulas.formula import between
 from fuzzyctl.formulas.shared import union
-from fuzzyctl.model.variable import Membership, Term
+from fuzzyctl.model.rule import literals
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Input, Membership, Term
 
 Ends = tuple[float, float]
+
+# --- estimates -----------------------------------------------------------------------------------------------------
 
 #: Most points at which a function of the inputs is evaluated.
 _MOST_POINTS: Final = 729
@@ -142,3 +147,125 @@ def warn_of_degrees_beyond(
             message = f"the degree of '{term.name}' is {y:.6g} at {variable} = {x:.6g}, and held within [0, 1] here"
             help_text = "other tools go on with it as it is; scale the formula, or clip it there, too"
             findings.warning("FZ609", message, term.membership.span or term.span, help=help_text)
+
+
+#: A corner of a straight function: its place and its degree.
+Point = tuple[float, float]
+
+
+# --- clamped inputs ------------------------------------------------------------------------------------------------
+
+
+def is_read_by_consequents(variable: Input, system: FuzzySystem) -> bool:
+    """Whether a consequent that is a function of the inputs names an input."""
+    place = system.inputs.index(variable)
+    memberships = [t.membership for o in system.outputs for t in o.terms]
+    memberships += [c.term for r in system.rules for c in r.consequents if isinstance(c.term, Membership)]
+    return any(
+        (m.kind == "linear" and m.arguments[place] != ZERO)
+        or (m.kind == "function" and variable.name in {n.name for n in names_in(m.arguments[0])})
+        for m in memberships
+    )
+
+
+def holding_matters(system: FuzzySystem, variable: Input) -> bool:
+    """Whether clamping an input to its range changes numbers."""
+    if is_read_by_consequents(variable, system):
+        return True
+    used = {i.term for r in system.rules for i in literals(r.antecedent) if i.variable == variable.name}
+    ends = system.range_of(variable)
+    return any(not _is_constant_beyond(system, t.membership, *ends) for t in variable.terms if t.name in used)
+
+
+def _is_constant_beyond(system: FuzzySystem, membership: Membership, lower: float, upper: float) -> bool:
+    """Whether a term has one degree from the lower end down, and one from the upper end up."""
+    if membership.kind == "function":
+        return not names_in(membership.arguments[0])
+    if membership.kind not in MEMBERSHIP or is_endless(membership.kind):
+        return False
+    formula = MEMBERSHIP[membership.kind]
+    p = tuple(system.number(a) for a in membership.arguments)
+    vertices = formula.vertices(p)
+    if vertices:
+        below = {y for x, y in vertices if x < lower} | {vertices[0][1], _degree(vertices, lower)}
+        above = {y for x, y in vertices if x > upper} | {vertices[-1][1], _degree(vertices, upper)}
+        return len(below) == len(above) == 1
+    bends = [x for x in (*formula.pieces(p), *formula.core(p)) if math.isfinite(x)]
+    # A side without width is a jump; at the end of the range it counts as beyond the range.
+    first, last = (p[0] == p[1], p[-1] == p[-2]) if membership.kind == "pi_shape" else (False, False)
+    return lower <= min(bends) and max(bends) <= upper and not ((first and lower == p[0]) or (last and upper == p[-1]))
+
+
+def _degree(vertices: Sequence[Point], x: float) -> float:
+    """Return the degree of a straight function at a place; the larger one if it jumps there."""
+    at = [y for place, y in vertices if place == x]
+    if at or x < vertices[0][0] or x > vertices[-1][0]:
+        return max(at) if at else vertices[0][1] if x < vertices[0][0] else vertices[-1][1]
+    (a, u), (b, v) = next(pair for pair in pairwise(vertices) if pair[0][0] < x < pair[1][0])
+    return u + (v - u) * ((x - a) / (b - a))
+
+
+def with_shoulders(system: FuzzySystem, *, points: bool) -> FuzzySystem:
+    """Return a system whose clamped inputs have, if straight functions can, the same degrees without clamping.
+
+    Args:
+        system: The system.
+        points: Whether the format has lists of points, for functions that are neither 0 nor 1 at an end, and heights.
+    """
+    inputs = tuple(i if i.extrapolate else _with_shoulders(system, i, points) for i in system.inputs)
+    return system.model_copy(update={"inputs": inputs})
+
+
+def _with_shoulders(system: FuzzySystem, variable: Input, points: bool) -> Input:
+    ends = system.range_of(variable)
+
+    def cut(term: Term) -> Term:
+        if _is_constant_beyond(system, term.membership, *ends):
+            return term
+        return term.model_copy(update={"membership": _cut(system, term.membership, *ends, points) or term.membership})
+
+    return variable.model_copy(update={"terms": tuple(map(cut, variable.terms))})
+
+
+def _cut(system: FuzzySystem, membership: Membership, lower: float, upper: float, points: bool) -> Membership | None:
+    """Return a straight function that is the same within a range, and constant beyond; None if there is none."""
+    if membership.kind not in MEMBERSHIP or is_number(membership.kind):
+        return None
+    vertices = MEMBERSHIP[membership.kind].vertices(tuple(system.number(a) for a in membership.arguments))
+    if not vertices:
+        return None
+    inner = [(float(x), float(y)) for x, y in vertices if lower < x < upper]
+    line = [(lower, _degree(vertices, lower)), *inner, (upper, _degree(vertices, upper))]
+    if not any(y for _, y in line):  # it is 0 within the range, and no kind is 0 everywhere
+        return None
+    kind, parameters = simplest(line) or ("piecewise", tuple(n for point in line for n in point))
+    if not points and (kind == "piecewise" or system.number(membership.height) != 1):
+        return None
+    arguments = tuple(map(Number, parameters))
+    return Membership(kind=kind, arguments=arguments, height=membership.height, span=membership.span)
+
+
+def simplest(points: Sequence[Point]) -> tuple[str, tuple[float, ...]] | None:
+    """Return the kind and the parameters of points that are a triangle, a trapezoid or a shoulder, else None.
+
+    Args:
+        points: Corners from left to right, beyond which the degree is constant.
+    """
+    vertices = list(points)
+    while len(vertices) > 1 and vertices[0][1] == vertices[1][1]:
+        del vertices[0]
+    while len(vertices) > 1 and vertices[-1][1] == vertices[-2][1]:
+        del vertices[-1]
+    places = tuple(x for x, _ in vertices)
+    match tuple(y for _, y in vertices):
+        case (0.0, 1.0, 0.0):
+            return "triangle", places
+        case (0.0, 1.0, 1.0, 0.0):
+            return "trapezoid", places
+        case (0.0, 1.0):
+            return "triangle", (*places, math.inf)
+        case (1.0, 0.0):
+            return "triangle", (-math.inf, *places)
+        case (1.0,):
+            return "trapezoid", (-math.inf, *places, *places, math.inf)
+    return None

@@ -11,9 +11,9 @@ from fuzzyctl.diagnostics.transliterate import in_ascii
 from fuzzyctl.expr import Expr, Number, number_text, replace_names
 from fuzzyctl.formats.common import losses as numerics
 from fuzzyctl.formats.common.blocks import BlockPart, block_parts
-from fuzzyctl.formats.common.clamped_inputs import with_shoulders
 from fuzzyctl.formats.common.identifiers import with_names
 from fuzzyctl.formats.common.losses import losses_of, with_named_consequents, with_numbers_averaged
+from fuzzyctl.formats.common.ranges import with_shoulders
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.common.words import up_to_any
 from fuzzyctl.formats.fcl.dialect import USUAL_NUMERICS, DialectName

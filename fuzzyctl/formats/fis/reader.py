@@ -18,9 +18,8 @@ from fuzzyctl.formats.common.report import Names, Reading, meant
 from fuzzyctl.formats.common.translation import Translation, fallback, setting, settings
 from fuzzyctl.formats.fis import dialects
 from fuzzyctl.formats.fis.rules import RuleReader, Variable, coded_rules
-from fuzzyctl.formats.fis.sections import NUMBERED, Entry, Section, Sections, TermText, Text, split, term_text
+from fuzzyctl.formats.fis.sections import NUMBERED, Entry, Section, Sections, TermText, Text, split, term_text, vector
 from fuzzyctl.formats.fis.shapes import MEMBERSHIPS, MEMBERSHIPS_OF_FUZZYLITE
-from fuzzyctl.formats.fis.vectors import vector
 from fuzzyctl.formats.fll.methods import KINDS, weighted
 from fuzzyctl.formats.fll.terms import Place, TermReader, told_apart
 from fuzzyctl.lang import syntax as sx

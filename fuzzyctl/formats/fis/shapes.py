@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from fuzzyctl.formats.common.clamped_inputs import simplest
+from fuzzyctl.formats.common.ranges import simplest
 from fuzzyctl.formats.common.words import Shape, ShapeWord, Values, words_by_kind
 from fuzzyctl.formats.fll.shapes import TERM_WORDS, as_written
 

@@ -9,7 +9,6 @@ from typing import Final
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import number_text
 from fuzzyctl.formats.common.blocks import flattened
-from fuzzyctl.formats.common.clamped_inputs import with_shoulders
 from fuzzyctl.formats.common.identifiers import name_before
 from fuzzyctl.formats.common.losses import (
     aggregation_matters,
@@ -24,6 +23,7 @@ from fuzzyctl.formats.common.losses import (
     with_named_consequents,
     with_numbers_averaged,
 )
+from fuzzyctl.formats.common.ranges import with_shoulders
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.common.words import first_words
 from fuzzyctl.formats.fis import dialects

@@ -11,8 +11,8 @@ from fuzzyctl.explain.trace import trace
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.fis import read, write
+from fuzzyctl.formats.fis.sections import vector
 from fuzzyctl.formats.fis.shapes import written
-from fuzzyctl.formats.fis.vectors import vector
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.loading.load import load, loads
 from fuzzyctl.model.method import Defuzzifier
