@@ -9,7 +9,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ZERO, Expr, ExprError, Number, evaluate, names_in
-from fuzzyctl.formats.common.report import Reporter
+from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formulas import MEMBERSHIP, is_endless, is_number
 from fuzzyctl.formulas.formula import between
 from fuzzyctl.formulas.shared import union
@@ -82,7 +82,7 @@ def finite_range(
     ends: tuple[Number, Number],
     needed: Iterable[float],
     place: Span,
-    findings: Reporter,
+    findings: Findings,
     kind: str = "infinite",
 ) -> tuple[Number, Number]:
     """Return a finite range: some ends, or the places needed in the direction of an infinite one, with a warning."""
@@ -116,7 +116,7 @@ def warn_of_degrees_beyond(
     terms: Iterable[Term],
     variable: str,
     ends: Ends,
-    findings: Reporter,
+    findings: Findings,
     *,
     below: bool = True,
     params: Mapping[str, float] | None = None,

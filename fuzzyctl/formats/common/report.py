@@ -41,16 +41,20 @@ class ParseError(ValueError):
         self.diagnostic = Diagnostic(code, message, span, facts=facts, help=help)
 
 
-class Reporter:
-    """Collects the diagnostics of a reader.
+class Findings:
+    """The diagnostics of one file, collected while a reader reads on.
+
+    Args:
+        source: The file.
 
     Attributes:
         diagnostics: The diagnostics so far.
-        file: The name of the file, for diagnostics without a location.
+        file: The name of the file.
     """
 
-    diagnostics: list[Diagnostic]
-    file = ""
+    def __init__(self, source: SourceText) -> None:
+        self.source, self.file = source, source.name
+        self.diagnostics: list[Diagnostic] = []
 
     @property
     def failed(self) -> bool:
@@ -64,18 +68,6 @@ class Reporter:
     def warning(self, code: str, message: str, span: Span | None, **more: Any) -> None:
         """Add a warning."""
         self.diagnostics.append(Diagnostic(code, message, span, "warning", file=self.file, **more))
-
-
-class Findings(Reporter):
-    """The diagnostics of one file.
-
-    Args:
-        source: The file.
-    """
-
-    def __init__(self, source: SourceText) -> None:
-        self.source, self.file = source, source.name
-        self.diagnostics = []
 
     def refuse(self, error: ParseError) -> None:
         """Add the error of a text that cannot be read."""

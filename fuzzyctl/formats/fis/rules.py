@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
@@ -16,6 +16,7 @@ from fuzzyctl.formats.common.report import Reading
 from fuzzyctl.formats.common.translation import Translation
 from fuzzyctl.formats.fis.dialects import ANY, HEDGES, Dialect
 from fuzzyctl.formats.fis.sections import Section
+from fuzzyctl.formats.fis.shapes import number
 from fuzzyctl.formats.registry import Loss
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
@@ -290,8 +291,8 @@ class RuleWriter:
         self._inputs = {v.name: v for v in self.system.inputs}
         self._powers = {h.name: power for h in self.system.hedges if (power := _exponent(h.expression)) is not None}
 
-    def lines(self, number: Callable[[float], str]) -> Iterator[str]:
-        """Yield the lines of all rules, with their weights as `number` writes them."""
+    def lines(self) -> Iterator[str]:
+        """Yield the lines of all rules."""
         for i, rule in enumerate(self.system.rules, 1):
             where = f"rule {i}"
             connective, codes = self._antecedent(rule.antecedent, where)

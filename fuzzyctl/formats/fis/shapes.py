@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Final
 
+from fuzzyctl.expr import number_text
 from fuzzyctl.formats.common.ranges import simplest
 from fuzzyctl.formats.common.words import Shape, ShapeWord, Values, words_by_kind
 from fuzzyctl.formats.fll.shapes import TERM_WORDS, as_written
@@ -100,6 +101,14 @@ _WORDS: Final = words_by_kind(MEMBERSHIPS)
 
 #: The words of kinds with two sides: whole, without the left side, without the right side.
 _SIDES: Final = {"trapezoid": ("trapmf", "linzmf", "linsmf"), "pi_shape": ("pimf", "zmf", "smf")}
+
+
+def number(value: float, infinite: str = "Inf") -> str:
+    """Return a number as MATLAB reads it; fuzzylite has another word for an infinite one."""
+    if math.isinf(value):
+        return infinite if value > 0 else f"-{infinite}"
+    return number_text(value)
+
 
 #: A function of a `.fis` file with its parameters.
 Written = tuple[str, Values]

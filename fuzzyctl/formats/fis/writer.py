@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.expr import number_text
 from fuzzyctl.formats.common.blocks import flattened
 from fuzzyctl.formats.common.identifiers import name_before
 from fuzzyctl.formats.common.losses import (
@@ -30,7 +28,7 @@ from fuzzyctl.formats.fis import dialects
 from fuzzyctl.formats.fis.reader import read
 from fuzzyctl.formats.fis.rules import RuleWriter
 from fuzzyctl.formats.fis.sections import split
-from fuzzyctl.formats.fis.shapes import OF_FUZZYLITE, written
+from fuzzyctl.formats.fis.shapes import OF_FUZZYLITE, number, written
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.methods import KINDS, as_inverted_there, inferred_otherwise
 from fuzzyctl.formats.registry import Loss
@@ -98,7 +96,7 @@ class _Writer:
             for i, variable in enumerate(variables, 1):
                 lines += [f"[{kind}{i}]", *self._variable(variable), ""]
         rules = RuleWriter(self.system, self.dialect, self.beyond_matlab, self.reasons, self.losses)
-        lines += ["[Rules]", *rules.lines(_number)]
+        lines += ["[Rules]", *rules.lines()]
         if self.reasons:
             raise cannot(self.system, ".fis", self.reasons)
         text = "\n".join(lines) + "\n"
@@ -170,11 +168,11 @@ class _Writer:
     def _variable(self, variable: LinguisticVariable) -> Iterator[str]:
         low, high = (self.system.number(end) for end in (variable.lower, variable.upper))
         yield f"Name={_quoted(name_before(variable.name, variable.label))}"
-        yield f"Range=[{_number(low)} {_number(high)}]"
+        yield f"Range=[{number(low)} {number(high)}]"
         if isinstance(variable, Output) and self.is_fuzzylite:  # no other tool lets a file say this
             start = value_unfired(self.system, variable)
             if start is not None:
-                yield f"Default={_number(start)}"
+                yield f"Default={number(start)}"
             if isinstance(variable.otherwise, Hold):
                 yield "LockPrevious=1"
             if variable.clamped:
@@ -201,7 +199,7 @@ class _Writer:
             return ""
         if function in OF_FUZZYLITE and not self.is_fuzzylite:
             self.losses.append(Loss(where, f"the kind '{kind}'", f"only fuzzylite reads '{function}'"))
-        return f"'{function}',[{' '.join(_number(v, self.infinite) for v in values)}]"
+        return f"'{function}',[{' '.join(number(v, self.infinite) for v in values)}]"
 
     def _formula(self, membership: Membership, where: str) -> str:
         text = formula(membership.arguments[0], self.system.values)
@@ -210,13 +208,6 @@ class _Writer:
         elif "," in text:  # it parts terms at commas, so that it refuses the whole file
             self.reasons.append(f"{where} is a formula with a function of several numbers")
         return f"'function',[{text}]"
-
-
-def _number(value: float, infinite: str = "Inf") -> str:
-    """Return a number as MATLAB reads it; fuzzylite has another word for an infinite one."""
-    if math.isinf(value):
-        return infinite if value > 0 else f"-{infinite}"
-    return number_text(value)
 
 
 def _needs_octave(system: FuzzySystem) -> bool:
