@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, Final, TypeVar
+from typing import Any, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
@@ -18,6 +18,7 @@ from fuzzyctl.expr import ONE, ZERO, Expr, Name, Number
 from fuzzyctl.formats.common.blocks import Arrangement
 from fuzzyctl.formats.common.identifiers import as_read
 from fuzzyctl.formats.common.report import Findings, meant
+from fuzzyctl.formats.fz import NORM_KEYWORDS
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import Profile
@@ -28,15 +29,6 @@ from fuzzyctl.resolve import resolve
 from fuzzyctl.support.numerals import TOO_LARGE, to_number
 
 Meaning = TypeVar("Meaning")
-
-#: Keywords of rule files for the fields of a method.
-_KEYWORDS: Final = {
-    "conjunction": "and",
-    "disjunction": "or",
-    "implication": "implication",
-    "aggregation": "aggregation",
-    "defuzzifier": "defuzzifier",
-}
 
 
 class Translation(Findings):
@@ -218,7 +210,9 @@ def fallback(value: Expr | Fallback | Hold, span: Span) -> sx.FallbackClause:
 def settings(fields: Mapping[str, Any], span: Span) -> tuple[sx.Setting | sx.Activation, ...]:
     """Return the settings of a system or of a rule block by the fields of its method; None has no setting."""
     return tuple(
-        activation(value, span) if isinstance(value, Activation) else setting(_KEYWORDS[name], value, span)
+        activation(value, span)
+        if isinstance(value, Activation)
+        else setting(NORM_KEYWORDS.get(name, name), value, span)
         for name, value in fields.items()
         if value is not None
     )
