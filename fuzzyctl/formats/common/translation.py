@@ -209,13 +209,8 @@ def fallback(value: Expr | Fallback | Hold, span: Span) -> sx.FallbackClause:
 
 def settings(fields: Mapping[str, Any], span: Span) -> tuple[sx.Setting | sx.Activation, ...]:
     """Return the settings of a system or of a rule block by the fields of its method; None has no setting."""
-    return tuple(
-        activation(value, span)
-        if isinstance(value, Activation)
-        else setting(NORM_KEYWORDS.get(name, name), value, span)
-        for name, value in fields.items()
-        if value is not None
-    )
+    values = ((NORM_KEYWORDS.get(name, name), value) for name, value in fields.items() if value is not None)
+    return tuple(activation(v, span) if isinstance(v, Activation) else setting(word, v, span) for word, v in values)
 
 
 def setting(keyword: str, value: str | Defuzzifier, span: Span) -> sx.Setting:
