@@ -34,10 +34,11 @@ def value_unfired(system: FuzzySystem, output: Output) -> float | None:
     start = otherwise.start if isinstance(otherwise, Hold) else otherwise
     if isinstance(start, Expr):
         return system.number(start)
-    return _middle(system, output) if start == "midpoint" or otherwise == Hold() else None
+    return middle_of(system, output) if start == "midpoint" or otherwise == Hold() else None
 
 
-def _middle(system: FuzzySystem, output: Output) -> float:
+def middle_of(system: FuzzySystem, output: Output) -> float:
+    """Return the middle of the range of an output."""
     low, high = system.range_of(output)
     return low / 2 + high / 2
 
@@ -298,7 +299,7 @@ def _of_output(system: FuzzySystem, output: Output, back: FuzzySystem, there: Ou
 def _of_otherwise(system: FuzzySystem, output: Output, there: Output, *, nan_for_error: bool) -> Iterator[Loss]:
     """Yield a difference of the value if no rule fires."""
     where = f"output '{output.name}'"
-    value, value_there = (_value(system, o.otherwise, _middle(system, output)) for o in (output, there))
+    value, value_there = (_value(system, o.otherwise, middle_of(system, output)) for o in (output, there))
     if output.otherwise is None:
         if there.otherwise is not None:
             yield Loss(where, "that some rule always fires", "the format has no words for it", exact=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, TypeVar
@@ -84,3 +85,14 @@ class ShapeWord:
 def words_by_kind(words: Mapping[str, ShapeWord]) -> dict[str, tuple[str, ShapeWord]]:
     """Return the first word of a table for each kind of the model."""
     return {word.kind: (name, word) for name, word in reversed(list(words.items()))}
+
+
+def one_sided(kind: str, p: Values) -> Shape:
+    """Return a term with one infinite foot as the equal ramp, `s_shape` or `z_shape`; any other term unchanged."""
+    if kind in ("triangle", "trapezoid", "pi_shape"):
+        left, left_top, right_top, right = p if len(p) == 4 else (p[0], p[1], p[1], p[2])
+        if right == math.inf and -math.inf < left < left_top:
+            return ("s_shape" if kind == "pi_shape" else "ramp"), (left, left_top)
+        if left == -math.inf and right_top < right < math.inf:
+            return ("z_shape", (right_top, right)) if kind == "pi_shape" else ("ramp", (right, right_top))
+    return kind, p

@@ -5,7 +5,6 @@ A weighted defuzzifier depends on the terms of its output.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -16,6 +15,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.losses import defuzzifier_of
 from fuzzyctl.formats.common.translation import Translation
+from fuzzyctl.formats.common.words import one_sided
 from fuzzyctl.formats.fll.lines import Line, words
 from fuzzyctl.formulas import DISJUNCTIONS, Parameters
 from fuzzyctl.model.method import TSUKAMOTO, Activation, Defuzzifier
@@ -265,18 +265,10 @@ def as_inverted_there(system: FuzzySystem) -> tuple[FuzzySystem, list[str]]:
 
 def _inverted_there(kind: str, p: Parameters) -> tuple[str, Parameters] | None:
     """Return the same function as a kind that fuzzylite inverts: sides that rise or fall once are ramps there."""
-    if kind in INVERTED_THERE:
-        return kind, p
     if kind == "piecewise" and len(p) == 4 and {p[1], p[3]} == {0.0, 1.0} and p[0] != p[2]:
         return "ramp", (p[0], p[2]) if p[1] == 0.0 else (p[2], p[0])
-    if kind not in ("triangle", "trapezoid", "pi_shape"):
-        return None
-    left, left_top, right_top, right = p if len(p) == 4 else (p[0], p[1], p[1], p[2])
-    if right == math.inf and -math.inf < left < left_top:
-        return ("s_shape" if kind == "pi_shape" else "ramp"), (left, left_top)
-    if left == -math.inf and right_top < right < math.inf:
-        return ("z_shape", (right_top, right)) if kind == "pi_shape" else ("ramp", (right, right_top))
-    return None
+    kind, p = one_sided(kind, p)
+    return (kind, p) if kind in INVERTED_THERE else None
 
 
 def inferred_otherwise(system: FuzzySystem) -> list[str]:
