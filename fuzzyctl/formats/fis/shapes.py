@@ -133,7 +133,7 @@ def written(kind: str, p: Values, height: float = 1.0, *, fuzzylite: bool) -> Wr
         return _line(p, fuzzylite=fuzzylite)
     if kind == "singleton":
         return "constant", p
-    if kind == "triangle" and any(map(math.isinf, p)):
+    if kind == "triangle" and any(map(math.isinf, (p[0], p[2]))):
         kind, p = "trapezoid", (p[0], p[1], p[1], p[2])
     if kind == "rectangle" and not fuzzylite:
         left, right = p
