@@ -29,7 +29,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Fuzzyct
 
 if TYPE_CHECKING:
     from fuzzyctl.convert.convert import Conversion
-    from fuzzyctl.formats.losses import Loss
+    from fuzzyctl.formats.registry import Loss
     from fuzzyctl.model.system import FuzzySystem
 
 
@@ -151,7 +151,7 @@ def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[F
     system = Choice(settings).changed(system)
     show(diagnostics)
     from fuzzyctl.convert.convert import left_out
-    from fuzzyctl.formats.losses import Loss
+    from fuzzyctl.formats.registry import Loss
 
     blocks = [(b.kind, b.name) for b in examined.equations]
     others = [Loss(f"{kind} '{block}'", "left out", "only systems are converted", exact=True) for kind, block in blocks]

@@ -12,12 +12,11 @@ from fuzzyctl.comparison.explanation import Explanation, explanation
 from fuzzyctl.convert.python_module import module_text
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError
 from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.formats.common.blocks import without_repeated_outputs
 from fuzzyctl.formats.common.identifiers import with_identifiers
-from fuzzyctl.formats.common.numerics import cannot
-from fuzzyctl.formats.common.repeated_outputs import without_repeated_outputs
+from fuzzyctl.formats.common.losses import cannot
 from fuzzyctl.formats.fz import dumps
-from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formats.registry import FORMATS
+from fuzzyctl.formats.registry import FORMATS, Loss
 from fuzzyctl.loading.load import examine
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold

@@ -7,7 +7,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.common.clamped_inputs import counts
+from fuzzyctl.formats.common.ranges import is_read_by_consequents
 from fuzzyctl.formats.registry import Format
 from fuzzyctl.model.checks.checks import check_model, in_order
 from fuzzyctl.model.checks.terms import BY_AVERAGE
@@ -19,7 +19,7 @@ LENIENT: Final = frozenset({"FZ210"})
 #: Hints that say nothing about files of other tools: ranges of their outputs bound no consequent.
 _MEANT: Final = frozenset({"FZ306"})
 
-#: By format what makes an average of a centroid of numbers.
+#: By format the setting that makes an average of a centroid of numbers.
 _AVERAGES: Final = {
     "fis": "write: Type='sugeno' and DefuzzMethod='wtaver'",
     "fll": "write: defuzzifier: WeightedAverage",
@@ -35,9 +35,9 @@ def examine_foreign(format: Format, source: SourceText) -> tuple[tuple[FuzzySyst
     systems, diagnostics = format.read(source)
     sound = []
     for system in systems:
-        found = [_softened(d, source, format) for d in check_model(system) if not _is_meant(d, system)]
-        diagnostics = [*diagnostics, *found]
-        if not any(d.severity == "error" for d in found):
+        checks = [_softened(d, source, format) for d in check_model(system) if not _is_meant(d, system)]
+        diagnostics = [*diagnostics, *checks]
+        if not any(d.severity == "error" for d in checks):
             sound.append(system)
     if source.encoding:
         message = f"the file is not UTF-8; it is read as {source.encoding}"
@@ -47,19 +47,21 @@ def examine_foreign(format: Format, source: SourceText) -> tuple[tuple[FuzzySyst
 
 
 def _is_meant(diagnostic: Diagnostic, system: FuzzySystem) -> bool:
-    """Whether a hint is about what files of other tools have on purpose.
+    """Whether a hint is about a property that files of other tools have on purpose.
 
-    An input without terms is one that linear consequents alone read; its range need not be covered.
+    An input without terms serves linear consequents only; its range need not be covered.
     """
     if diagnostic.code not in ("FZ211", "FZ309"):
         return diagnostic.code in _MEANT
     variable = next((v for v in system.inputs if v.span == diagnostic.span), None)
-    return variable is not None and (not variable.terms if diagnostic.code == "FZ309" else counts(variable, system))
+    if variable is None:
+        return False
+    return not variable.terms if diagnostic.code == "FZ309" else is_read_by_consequents(variable, system)
 
 
 def _softened(diagnostic: Diagnostic, source: SourceText, format: Format) -> Diagnostic:
     severity = "warning" if diagnostic.code in LENIENT else diagnostic.severity
-    # What to write in a rule file is no help in a file of another format.
+    # Helps with lines of a rule file do not suit a file of another format.
     help_text = "" if diagnostic.help.startswith("write: ") else diagnostic.help
     if help_text.startswith("from left to right it is: "):
         help_text = "give the numbers from left to right"

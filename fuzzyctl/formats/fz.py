@@ -20,7 +20,15 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import ANYWHERE, Fallback, Hold, Input, Let, LinguisticVariable, Membership, Output
 from fuzzyctl.support import arguments
 
-_KEYWORDS: Final = {Input: "input", Output: "output", Let: "let"}
+_VARIABLES: Final = {Input: "input", Output: "output", Let: "let"}
+
+#: Keywords of the norms of a method by its fields.
+NORM_KEYWORDS: Final = {
+    "conjunction": "and",
+    "disjunction": "or",
+    "implication": "implication",
+    "aggregation": "aggregation",
+}
 
 
 def dumps(system: Block) -> str:
@@ -30,21 +38,21 @@ def dumps(system: Block) -> str:
         system: A well-formed system or other block.
 
     Returns:
-        A text with `loads(dumps(system)) == system`; comments of a file it came from are not part of a system. Other
-        systems that guarantees name follow it: `loads` then takes `block=system.name`. What a controller, plant or
-        loop calls precedes it; a plant of one line is written with its equations.
+        A text with `loads(dumps(system)) == system`; comments of its file are not part of a system. Other systems that
+        guarantees name follow it: `loads` then takes `block=system.name`. The blocks that a controller, plant or loop
+        calls precede it; a plant of one line is written with its equations.
 
     Raises:
         ValueOutOfBoundsError: For a name, title, label, unit or citation that a `.fz` file cannot hold; names of other
             formats may be such, and `fuzzyctl convert` changes them. For two blocks of one name.
-        ArgumentError: For what is no such block.
+        ArgumentError: For an object of another kind.
     """
-    found: dict[str, Block] = {}
+    parts: dict[str, Block] = {}
     for part in arguments.instance("the system", Block, "a FuzzySystem, Controller, Plant or Loop", system).parts:
-        if found.setdefault(part.name, part) != part:
+        if parts.setdefault(part.name, part) != part:
             raise ValueOutOfBoundsError("a name of a rule file", part.name, "that of one block only")
-    written = set(found)
-    raw = "\n\n".join("\n".join(_block_lines(part, written)) for part in found.values()) + "\n"
+    written = set(parts)
+    raw = "\n\n".join("\n".join(_block_lines(part, written)) for part in parts.values()) + "\n"
     return format_source(SourceText(system.name, raw))
 
 
@@ -61,14 +69,14 @@ def system_lines(system: FuzzySystem, written: set[str] | None = None) -> Iterat
 
     Args:
         system: The system.
-        written: Names of systems that are written elsewhere; those written here are entered.
+        written: Names of systems that are written elsewhere; gets the names of those written here.
 
     Raises:
         ValueOutOfBoundsError: As `dumps`.
     """
     variables = system.variables
-    named = [n.name for part in (system.params, system.hedges, variables, system.rule_blocks) for n in part]
-    require_names((system.name, *named, *(t.name for v in variables for t in v.terms)))
+    names = [n.name for part in (system.params, system.hedges, variables, system.rule_blocks) for n in part]
+    require_names((system.name, *names, *(t.name for v in variables for t in v.terms)))
     yield from _lines(system, set() if written is None else written)
 
 
@@ -80,7 +88,7 @@ def dump(system: Block, path: str | os.PathLike[str]) -> None:
         path: The file; one that exists is replaced.
 
     Raises:
-        DiagnosticError: When the file cannot be written.
+        DiagnosticError: If the file cannot be written.
         ValueOutOfBoundsError: As `dumps`.
     """
     text = dumps(system)
@@ -113,13 +121,13 @@ def _lines(system: FuzzySystem, written: set[str]) -> Iterator[str]:
 
 def _others(system: FuzzySystem) -> list[FuzzySystem]:
     """Return the systems that a system names or calls, each once, without those that they call themselves."""
-    found: dict[str, FuzzySystem] = {}
-    left = [*system.compared, *system.called]
-    while left:
-        other = left.pop(0)
-        found.setdefault(other.name, replace(other, called=()))
-        left.extend(other.called)
-    return list(found.values())
+    others: dict[str, FuzzySystem] = {}
+    rest = [*system.compared, *system.called]
+    while rest:
+        other = rest.pop(0)
+        others.setdefault(other.name, replace(other, called=()))
+        rest.extend(other.called)
+    return list(others.values())
 
 
 def _rules(parts: Iterable[RuleTable | Rule]) -> Iterator[str]:
@@ -142,8 +150,8 @@ def block_text(block: RuleBlock) -> str:
 
 
 def block_settings(block: RuleBlock) -> list[tuple[str, str]]:
-    """Return what a rule block says itself: keywords with their values."""
-    norms = [("and", block.conjunction), ("or", block.disjunction), ("implication", block.implication)]
+    """Return the settings of a rule block: keywords with their values."""
+    norms = [(NORM_KEYWORDS[n], getattr(block, n)) for n in ("conjunction", "disjunction", "implication")]
     activation = activation_text(block.activation) if block.activation is not None else None
     return [(keyword, value) for keyword, value in (*norms, ("activation", activation)) if value is not None]
 
@@ -153,17 +161,12 @@ def _section(lines: list[str]) -> list[str]:
 
 
 def method_lines(method: Method) -> Iterator[str]:
-    """Yield what differs from the profile in force."""
+    """Yield the settings that differ from the profile in force."""
     profile = PROFILES[method.semantics.profile]
     usual = profile.method
     if method.semantics != Semantics():
         yield f"semantics {semantics_text(method.semantics)}"
-    for keyword, field in (
-        ("and", "conjunction"),
-        ("or", "disjunction"),
-        ("implication", "implication"),
-        ("aggregation", "aggregation"),
-    ):
+    for field, keyword in NORM_KEYWORDS.items():
         if getattr(method, field) != getattr(usual, field):
             yield f"{keyword} {getattr(method, field)}"
     if method.activation != usual.activation:
@@ -216,7 +219,7 @@ def activation_text(a: Activation) -> str:
 
 
 def otherwise_text(otherwise: Expr | Fallback | Hold) -> str:
-    """Return what an output is where no rule fires, as it stands behind `else`."""
+    """Return the value of an output if no rule fires, as `else` has it."""
     if isinstance(otherwise, Hold):
         return "hold" if otherwise.start is None else f"hold({_start(otherwise.start)})"
     return otherwise if isinstance(otherwise, str) else _value(otherwise)
@@ -232,7 +235,7 @@ def let_lines(let: Let) -> list[str]:
 
 
 def _variable(variable: LinguisticVariable, profile: Profile) -> Iterator[str]:
-    keyword = next(word for kind, word in _KEYWORDS.items() if isinstance(variable, kind))
+    keyword = next(word for kind, word in _VARIABLES.items() if isinstance(variable, kind))
     head = f"{keyword} {variable.name}{quoted(' ', variable.label, 'label')}"
     if (variable.lower, variable.upper) != ANYWHERE:
         head += f" in [{to_text(variable.lower)}, {to_text(variable.upper)}]"
@@ -261,7 +264,7 @@ def _variable(variable: LinguisticVariable, profile: Profile) -> Iterator[str]:
 
 
 def _value(expr: Expr) -> str:
-    """Return an expression where only a number or parentheses may stand."""
+    """Return an expression for a place that takes only a number or parentheses."""
     return number_text(expr.value) if isinstance(expr, Number) else f"({to_text(expr)})"
 
 

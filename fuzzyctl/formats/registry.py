@@ -5,23 +5,43 @@ The package `fuzzyctl.formats.NAME` has two functions:
     read(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]
     write(system: FuzzySystem) -> tuple[str, list[Loss]]
 
-and, where a file may hold several systems, `read_all(source) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]`.
-`read` gives all mistakes at once and a system only where there is no error. The checks of `model.checks` are not its
-business: loading makes them, with what people's files often contain as warnings.
+and, if a file may hold several systems, `read_all(source) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]`.
+`read` gives all mistakes at once, and a system only without errors. Loading makes the checks of `model.checks`, and
+takes errors that are usual in people's files as warnings.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import PurePath
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.records import dataclass
+
+
+@dataclass(frozen=True, order=True)
+class Loss:
+    """One part of a system that a written file does not say, or says in another way.
+
+    Args:
+        where: The part of the system, such as `output 'tip'`, `rule 3` or `system 'tipper'`.
+        what: The part itself, such as `hedge 'seldom'`, `param 'k_s'` or `guarantees`.
+        why: The substitute in the format, one line without a full stop.
+        exact: Whether the written file still computes the same numbers, as it does without titles, units and params.
+    """
+
+    where: str
+    what: str
+    why: str
+    exact: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.what}: {self.why}"
+
 
 Read = tuple[tuple[FuzzySystem, ...], list[Diagnostic]]
 
@@ -32,7 +52,7 @@ class Format:
 
     Args:
         name: Its name, which is also that of the package that reads and writes it.
-        title: What it is, for people.
+        title: Its name for people.
         suffixes: Suffixes of its files in small letters, the usual one first.
         several: Whether a file may hold several systems.
     """
@@ -49,13 +69,13 @@ class Format:
     def read(self, source: SourceText) -> Read:
         """Return the systems of a source without errors, and all diagnostics."""
         if self.several:
-            found: Read = self._function("read_all")(source)
-            return found
+            result: Read = self._function("read_all")(source)
+            return result
         system, diagnostics = self._function("read")(source)
         return ((system,) if system is not None else ()), diagnostics
 
     def write(self, system: FuzzySystem) -> tuple[str, list[Loss]]:
-        """Return a system as a text of this format, with what the text does not say."""
+        """Return a system as a text of this format, with its losses."""
         written: tuple[str, list[Loss]] = self._function("write")(system)
         return written
 

@@ -1,12 +1,7 @@
 """Texts of `.fis` files drawn at random, of MATLAB, Octave and fuzzylite: good and bad, as files in the wild are."""
 
-from fuzzyctl.formats.fis.vocabulary import (
-    AGGREGATION_WORDS,
-    CONJUNCTION_WORDS,
-    DISJUNCTION_WORDS,
-    MEMBERSHIP_WORDS,
-    OF_FUZZYLITE,
-)
+from fuzzyctl.formats.fis.dialects import AGGREGATION_WORDS, CONJUNCTION_WORDS, DISJUNCTION_WORDS
+from fuzzyctl.formats.fis.shapes import MEMBERSHIP_WORDS, OF_FUZZYLITE
 
 NAMES = ["service", "Age (years)", "it''s", "weight", "x:y", "100%", "min", "[1]", "é", "", "a;b"]
 TERMS = ["low", "very good", "not", "high", "MED", "3rd", "", "low"]

@@ -1,18 +1,20 @@
-"""Rule blocks of other tools' files: settings of the system, and those of each block."""
+"""Rules and rule blocks of other tools' files: their methods when read, and the forms in which formats have them."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.method import Activation, Method, RuleMethod
-from fuzzyctl.model.rule import And, Or, Rule, RuleBlock, parts_of
+from fuzzyctl.model.method import Activation, RuleMethod
+from fuzzyctl.model.rule import Consequent, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Output
+
+# --- read ----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -20,17 +22,17 @@ class FoundBlock:
     """A rule block of a file.
 
     Args:
-        name: Its name, empty for none; the first of several that has none is no block then.
-        rules: Its rules, as nodes of the syntax tree or of the model.
-        conjunction: How they join by `and`; it counts only where one does.
-        disjunction: How they join by `or`; it counts only where one does.
-        implication: What activations make of the sets that they conclude, None where they conclude none.
-        activation: Which of them act.
-        span: Where it begins.
+        name: Its name, or nothing; the rules of the first block without a name belong to no block.
+        rules: Its rules.
+        conjunction: The norm of `and`, which counts only if a rule joins by it.
+        disjunction: The norm of `or`, which counts only if a rule joins by it.
+        implication: The norm that activations change sets by; None without sets.
+        activation: Its activation method.
+        span: The place of its beginning.
     """
 
     name: str
-    rules: tuple[Any, ...]
+    rules: tuple[sx.Rule, ...]
     conjunction: str | None
     disjunction: str | None
     implication: str | None
@@ -40,134 +42,106 @@ class FoundBlock:
     @property
     def outputs(self) -> set[str]:
         """The outputs that its rules set."""
-        named = (c.output for rule in self.rules for c in rule.consequents)
-        return {o.text if isinstance(o, sx.Word) else o for o in named}
+        return {c.output.text for rule in self.rules for c in rule.consequents}
+
+    @property
+    def joins(self) -> set[str]:
+        """The words, `and` or `or`, by which its rules join their conditions."""
+        return {word for rule in self.rules for word in joins_of(rule)}
 
     def with_norms(self, conjunction: str | None, disjunction: str | None, implication: str | None) -> FoundBlock:
         """Return the block with other norms."""
         return replace(self, conjunction=conjunction, disjunction=disjunction, implication=implication)
 
-    @property
-    def joins(self) -> set[str]:
-        """What its rules join their conditions by."""
-        return {word for rule in self.rules for word in joins_of(rule)}
-
 
 @dataclass(frozen=True)
 class Arrangement:
-    """The rules of a file, in blocks only where these have a meaning.
+    """The rules of a file, in blocks only if these have a meaning.
 
     Args:
-        loose: The rules of no block, as the file's reader made them.
-        blocks: The blocks: the name of each, the block, and the fields of its method that differ from the system's.
-        method: What the system says: the fields `conjunction`, `disjunction`, `implication`, `activation` of its
-            method, without those that no rule needs.
-        implications: Implications that outputs say themselves, since no block does.
+        loose: The rules of no block.
+        blocks: The name of each block, the block, and the fields of its method that differ from the system's.
+        method: The fields `conjunction`, `disjunction`, `implication`, `activation` of the system's method that some
+            rule needs.
+        implications: The implications of outputs, if there are no blocks that have them.
     """
 
-    loose: tuple[Any, ...]
+    loose: tuple[sx.Rule, ...]
     blocks: tuple[tuple[str, FoundBlock, dict[str, Any]], ...] = ()
     method: dict[str, Any] = field(default_factory=dict)
     implications: dict[str, str] = field(default_factory=dict)
 
 
-#: What rule blocks may say, as fields of a block and of a method.
+#: The fields of a block that are fields of a method, too.
 _FIELDS = ("conjunction", "disjunction", "implication", "activation")
 
 
-def arranged(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) -> Arrangement:
-    """Return the rules of a file, in blocks only where these have a meaning.
+def arranged(file: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) -> Arrangement:
+    """Return the rules of a file, in blocks only if these have a meaning.
 
     Args:
-        found: The blocks, each with some rule.
+        file: The blocks, each with some rule.
         sets: The outputs whose defuzzifiers look at sets; implication matters to no others.
-        keep: Whether several blocks stay blocks though they differ in nothing.
+        keep: Whether several blocks without a difference stay blocks.
     """
-    own = [_without_idle(block, sets) for block in found]
-    method = {name: first for name in _FIELDS if (first := _first(own, name)) is not None}
-    by_output = {o: dict.fromkeys(b.implication for b in own if b.implication and o in b.outputs) for o in sets}
-    same = all(len({getattr(b, n) for b in own} - {None}) < 2 for n in ("conjunction", "disjunction", "activation"))
-    told_by_outputs = all(len(implications) < 2 for implications in by_output.values())
-    compares = len(own) > 1 and any(b.activation.compares for b in own)
-    if len(own) < 2 or (same and told_by_outputs and not compares and not keep):
-        said = {o: next(iter(i)) for o, i in by_output.items() if i}
-        return Arrangement(tuple(r for b in own for r in b.rules), (), method, said)
-    # The first block has the methods of the system, so that without a name it need be none.
-    loose = own[0].rules if not own[0].name else ()
-    names = Names(b.name for b in own)
+    blocks = [_without_idle(block, sets) for block in file]
+    values = {name: [v for b in blocks if (v := getattr(b, name)) is not None] for name in _FIELDS}
+    method = {name: first for name, (first, *_) in ((n, v) for n, v in values.items() if v)}
+    by_output = {o: dict.fromkeys(b.implication for b in blocks if b.implication and o in b.outputs) for o in sets}
+    same = all(len(set(values[n])) < 2 for n in ("conjunction", "disjunction", "activation"))
+    same = same and all(len(implications) < 2 for implications in by_output.values())
+    if len(blocks) < 2 or (same and not any(b.activation.compares for b in blocks) and not keep):
+        implications = {o: next(iter(i)) for o, i in by_output.items() if i}
+        return Arrangement(tuple(r for b in blocks for r in b.rules), (), method, implications)
+    # The first block has the methods of the system, so that without a name it need not be a block.
+    loose = blocks[0].rules if not blocks[0].name else ()
+    names = Names(b.name for b in blocks)
     used: set[str] = set()
-    made: list[tuple[str, FoundBlock, dict[str, Any]]] = []
-    for k, block in enumerate(own[1:] if loose else own, 2 if loose else 1):
+    named: list[tuple[str, FoundBlock, dict[str, Any]]] = []
+    for k, block in enumerate(blocks[1:] if loose else blocks, 2 if loose else 1):
         name = block.name if block.name and block.name not in used else names.take(block.name or f"block{k}")
         used.add(name)
         fields = {n: getattr(block, n) for n in _FIELDS}
-        made.append((name, block, {n: None if v == method.get(n) else v for n, v in fields.items()}))
-    return Arrangement(loose, tuple(made), method)
-
-
-@dataclass(frozen=True)
-class Combined:
-    """All rules of a file, as a system has them; the fields are those of an `Arrangement`."""
-
-    blocks: tuple[Rule | RuleBlock, ...]
-    method: dict[str, Any]
-    implications: dict[str, str]
-
-
-def combined(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) -> Combined:
-    """Return the rules of a file as a system has them; see `arranged`."""
-    own = arranged(found, sets, keep=keep)
-    blocks = (RuleBlock(name=name, rules=b.rules, span=b.span, **said) for name, b, said in own.blocks)
-    return Combined((*own.loose, *blocks), own.method, own.implications)
+        named.append((name, block, {n: None if v == method.get(n) else v for n, v in fields.items()}))
+    return Arrangement(loose, tuple(named), method)
 
 
 def _without_idle(block: FoundBlock, sets: Collection[str]) -> FoundBlock:
-    """Return a block without norms by which no rule joins, and an implication that no output of its rules heeds."""
+    """Return a block without norms by which no rule joins, and without an implication if its rules set no sets."""
     joins = block.joins
-    return replace(
-        block,
-        conjunction=block.conjunction if "and" in joins else None,
-        disjunction=block.disjunction if "or" in joins else None,
-        implication=block.implication if any(o in sets for o in block.outputs) else None,
+    return block.with_norms(
+        block.conjunction if "and" in joins else None,
+        block.disjunction if "or" in joins else None,
+        block.implication if any(o in sets for o in block.outputs) else None,
     )
 
 
-def joins_of(rule: Rule | sx.Rule) -> set[str]:
-    """Return which of `and` and `or` a rule joins its conditions by."""
-    if isinstance(rule, Rule):
-        names = {And: "and", Or: "or"}
-        return {names[type(p)] for p in parts_of(rule.antecedent) if isinstance(p, And | Or)}
-    found: set[str] = set()
-    left = [rule.antecedent]
-    while left:
-        truth = left.pop()
+def joins_of(rule: sx.Rule) -> set[str]:
+    """Return the words, `and` or `or`, by which a rule joins its conditions."""
+    words: set[str] = set()
+    truths = [rule.antecedent]
+    while truths:
+        truth = truths.pop()
         if isinstance(truth, sx.Chain):
-            found.add(truth.connective)
-            left += truth.operands
+            words.add(truth.connective)
+            truths += truth.operands
         elif isinstance(truth, sx.Negation | sx.Group):
-            left.append(truth.operand)
-    return found
+            truths.append(truth.operand)
+    return words
 
 
-def _first(blocks: Iterable[FoundBlock], name: str) -> Any:
-    return next((value for b in blocks if (value := getattr(b, name)) is not None), None)
-
-
-def without_common(output: Output, method: Method) -> Output:
-    """Return an output without what it shares with the system."""
-    shared = (n for n in ("implication", "aggregation", "defuzzifier") if getattr(output, n) == getattr(method, n))
-    return output.model_copy(update=dict.fromkeys(shared))
+# --- written -------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class BlockPart:
-    """A rule block as formats have it that know one implication for all that it concludes.
+    """A rule block in formats whose blocks have one implication.
 
     Args:
         block: Position of the rule block of the system, -1 for the rules of none.
         number: Its number among the parts of one block, from 1 on.
-        method: What its rules have.
-        implication: What activations make of the sets that its rules conclude.
+        method: The method of its rules.
+        implication: The norm that activations change sets by.
         rules: Its rules with their positions in the system, each with the consequents that have this implication.
     """
 
@@ -180,46 +154,108 @@ class BlockPart:
 
 def block_parts(system: FuzzySystem) -> list[BlockPart]:
     """Return the rules of a system in blocks of one implication; consequents of averages stay with the first."""
-    found: list[BlockPart] = []
+    parts: list[BlockPart] = []
     for block in sorted({m.block for m in system.rule_methods}):
         positions = [r for r, m in enumerate(system.rule_methods) if m.block == block]
         method = system.rule_methods[positions[0]]
-        for number, (implication, outputs) in enumerate(by_implication(system, positions).items(), 1):
+        for number, (implication, outputs) in enumerate(_by_implication(system, positions).items(), 1):
             rules = []
             for r in positions:
                 consequents = tuple(c for c in system.rules[r].consequents if c.output in outputs)
                 if consequents:
                     rules.append((r, system.rules[r].model_copy(update={"consequents": consequents})))
-            found.append(BlockPart(block, number, method, implication, tuple(rules)))
-    return found
+            parts.append(BlockPart(block, number, method, implication, tuple(rules)))
+    return parts
 
 
-def by_implication(system: FuzzySystem, rules: Sequence[int]) -> dict[str, list[str]]:
-    """Return the outputs that rules of one block set by their implication; outputs over rules go with the first."""
+def _by_implication(system: FuzzySystem, rules: Sequence[int]) -> dict[str, list[str]]:
+    """Return the outputs of the rules of one block by their implication; outputs over rules go with the first."""
     concluded = {c.output for r in rules for c in system.rules[r].consequents}
-    found: dict[str, list[str]] = {}
+    outputs: dict[str, list[str]] = {}
     over_rules: list[str] = []
     for output in (o for o in system.outputs if o.name in concluded):
         if (output.defuzzifier or system.method.defuzzifier).over_rules:
             over_rules.append(output.name)
         else:
-            found.setdefault(system.implication_of(rules[0], output), []).append(output.name)
-    if not found:
+            outputs.setdefault(system.implication_of(rules[0], output), []).append(output.name)
+    if not outputs:
         return {system.rule_methods[rules[0]].implication or system.method.implication: over_rules}
-    next(iter(found.values())).extend(over_rules)
-    return found
+    next(iter(outputs.values())).extend(over_rules)
+    return outputs
 
 
 def flattened(system: FuzzySystem) -> FuzzySystem:
     """Return a system whose rules all have the methods of the first one, for formats without blocks.
 
-    An implication that a block says is said by the outputs that its rules set, as far as they agree.
+    The implication of a block becomes that of the outputs that its rules set, as far as they agree.
     """
     if not system.rule_blocks:
         return system
     first = system.rule_methods[0]
-    method = system.method.model_copy(
-        update={n: getattr(first, n) for n in ("conjunction", "disjunction", "activation")}
-    )
+    fields = {n: getattr(first, n) for n in ("conjunction", "disjunction", "activation")}
     outputs = tuple(o.model_copy(update={"implication": system.implications_of(o)[0]}) for o in system.outputs)
-    return system.model_copy(update={"blocks": system.rules, "method": method, "outputs": outputs})
+    update = {"blocks": system.rules, "method": system.method.model_copy(update=fields), "outputs": outputs}
+    return system.model_copy(update=update)
+
+
+def without_repeated_outputs(system: FuzzySystem) -> FuzzySystem:
+    """Return a system whose rules set each output once, with equal numbers.
+
+    Raises:
+        DiagnosticError: With the places of rules that cannot be written as several, since their activation method
+            counts or compares rules.
+    """
+    repeating = [(rule, m) for rule, m in zip(system.rules, system.rule_methods, strict=True) if _repeats(rule)]
+    if not repeating:
+        return system
+    counts = system.method.semantics.total == "all_rules"
+    refusals = [_refusal(system, rule) for rule, method in repeating if counts or method.activation.compares]
+    if refusals:
+        raise DiagnosticError(refusals)
+    carried = system.method.semantics.consequent_hedges == "carried"
+    blocks: list[Rule | RuleTable | RuleBlock] = []
+    for block in system.blocks:
+        if isinstance(block, RuleBlock):
+            parts = tuple(piece for part in block.rules for piece in _split(part, carried))
+            blocks.append(block.model_copy(update={"rules": parts}))
+        else:
+            blocks += _split(block, carried)
+    return system.model_copy(update={"blocks": tuple(blocks)})
+
+
+def _repeats(rule: Rule) -> bool:
+    return len({c.output for c in rule.consequents}) < len(rule.consequents)
+
+
+def _refusal(system: FuzzySystem, rule: Rule) -> Diagnostic:
+    message = (
+        "a rule that sets an output twice can be written as two rules only where rules are not compared or counted"
+    )
+    place = next((c.span for c in rule.consequents if c.span is not None), rule.span)
+    file = "" if place is not None else system.path
+    return Diagnostic("FZ608", message, place, help="convert it to .fll, or let the rules set it once", file=file)
+
+
+def _split(part: Rule | RuleTable, carried: bool) -> Iterator[Rule | RuleTable]:
+    """Yield a table, or a rule as several: each takes the first remaining consequents of each output."""
+    if isinstance(part, RuleTable) or not _repeats(part):
+        yield part
+        return
+    rest = _with_hedges(part.consequents) if carried else list(part.consequents)
+    while rest:
+        outputs = dict.fromkeys(c.output for c in rest)
+        firsts = [next(c for c in rest if c.output == output) for output in outputs]
+        if carried:
+            # A hedge would be carried on within the rule once more.
+            firsts = firsts[:1]
+        rest = [c for c in rest if all(c is not first for first in firsts)]
+        yield part.model_copy(update={"consequents": tuple(firsts)})
+
+
+def _with_hedges(consequents: Sequence[Consequent]) -> list[Consequent]:
+    """Return consequents with the hedges that earlier ones carry on: the nearest to a term acts first."""
+    changed, before = [], tuple[str, ...]()
+    for c in consequents:
+        before = (*c.hedges, *before)
+        changed.append(c.model_copy(update={"hedges": before}))
+    return changed

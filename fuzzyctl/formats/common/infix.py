@@ -18,7 +18,7 @@ class Operator:
     """An infix operator.
 
     Args:
-        level: How tightly it binds: what has a higher level binds first.
+        level: Its precedence: operators of higher levels bind first.
         right: Whether several of one level are read from the right.
         run: Whether a run of it is one node with all operands, not a node for each two.
     """
@@ -31,13 +31,13 @@ class Operator:
 class InfixParser(Generic[Node, Location]):
     """Parser of operands with operators between them and before them.
 
-    A dialect says what its tokens are (`_peek`, `_take`), what an operand is (`_atom`), and what operators make of
-    operands (`_unary`, `_binary`, `_joined`, as far as the tables have such).
+    A dialect defines its tokens (`_peek`, `_take`), its operands (`_atom`), and the nodes of its operators (`_unary`,
+    `_binary`, `_joined`, as far as the tables have such operators).
 
     Attributes:
         infix: The operators between operands, by their text.
         prefix: The operators before an operand, each with the level down to which that operand reaches.
-        deepest: Deepest nesting of what is called `_nested`.
+        deepest: Largest number of `_nested` expressions within each other.
     """
 
     infix: Mapping[str, Operator]
@@ -76,9 +76,9 @@ class InfixParser(Generic[Node, Location]):
     def _nested(self, least: int, location: Location) -> Node:
         """Take an expression one level of nesting further down."""
         self._enter(location)
-        found = self.parse(least)
+        node = self.parse(least)
         self.depth -= 1
-        return found
+        return node
 
     def _enter(self, location: Location) -> None:
         self.depth += 1
@@ -120,7 +120,7 @@ class SpanParser(InfixParser[Node, Span]):
 
 
 def tokens_of(span: Span, pattern: re.Pattern[str]) -> Iterator[tuple[Span, bool]]:
-    """Yield the tokens of a text, blanks left out, and whether they match; a character that begins none does not."""
+    """Yield the tokens of a text without blanks, each with True, and with False a character that begins no token."""
     text, at = span.text, 0
     while at < len(text):
         match = pattern.match(text, at)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -16,13 +16,13 @@ MOST_LINES: Final = 20_000
 
 @dataclass(frozen=True)
 class Reading:
-    """What two tools read differently.
+    """A text that two tools read differently.
 
     Args:
-        message: How it is read here.
-        other: How the other tool reads it.
-        way_out: What both read alike.
-        span: Where it stands.
+        message: The reading here.
+        other: The reading of the other tool.
+        way_out: A text that both read alike.
+        span: The place of the text.
     """
 
     message: str
@@ -41,16 +41,20 @@ class ParseError(ValueError):
         self.diagnostic = Diagnostic(code, message, span, facts=facts, help=help)
 
 
-class Reporter:
-    """Collects the diagnostics of a reader.
+class Findings:
+    """The diagnostics of one file, collected while a reader reads on.
+
+    Args:
+        source: The file.
 
     Attributes:
-        diagnostics: What was found so far.
-        file: The name of the file, for diagnostics without a location.
+        diagnostics: The diagnostics so far.
+        file: The name of the file.
     """
 
-    diagnostics: list[Diagnostic]
-    file = ""
+    def __init__(self, source: SourceText) -> None:
+        self.source, self.file = source, source.name
+        self.diagnostics: list[Diagnostic] = []
 
     @property
     def failed(self) -> bool:
@@ -65,44 +69,32 @@ class Reporter:
         """Add a warning."""
         self.diagnostics.append(Diagnostic(code, message, span, "warning", file=self.file, **more))
 
-
-class Findings(Reporter):
-    """The diagnostics of one file.
-
-    Args:
-        source: The file.
-    """
-
-    def __init__(self, source: SourceText) -> None:
-        self.source, self.file = source, source.name
-        self.diagnostics = []
-
     def refuse(self, error: ParseError) -> None:
-        """Add the error of what could not be read."""
+        """Add the error of a text that cannot be read."""
         self.diagnostics.append(replace(error.diagnostic, file=self.source.name))
 
     def differs(self, reading: Reading) -> None:
-        """Add a warning of what tools read differently."""
+        """Add a warning of a text that tools read differently."""
         self.warning("FZ609", reading.message, reading.span, help=reading.way_out, facts=(reading.other,))
 
     def given_twice(self, what: str, span: Span, earlier: Span) -> None:
-        """Add the error of what may be given once."""
+        """Add the error of a repetition."""
         self.error("FZ215", f"{what} is given twice", span, notes=(Note(earlier, "first given here"),))
 
     def too_many(self, count: int, span: Span) -> bool:
-        """Whether there are too many lines; it is reported where the count is just above the most."""
+        """Whether there are too many lines; report the first one beyond the limit."""
         if count == MOST_LINES + 1:
             message = f"the file has more than {MOST_LINES:,} lines"
             self.error("FZ112", message, span, help="the rest is not read")
         return count > MOST_LINES
 
     def in_order(self) -> list[Diagnostic]:
-        """Return what was found in the order of the places."""
+        """Return the diagnostics in the order of their places."""
         return sorted(self.diagnostics, key=lambda d: d.span.start if d.span is not None else -1)
 
 
 def meant(name: str, known: Iterable[str]) -> str:
-    """Return a help that names the known word a misspelt one is like, or nothing."""
+    """Return a help that names the known word nearest to a misspelt one, or nothing."""
     near = closest(name, list(known))
     return f"did you mean '{near}'?" if near else ""
 
@@ -112,18 +104,20 @@ class Names:
 
     Args:
         taken: Names that are not to be given out.
+        fold: Makes equal names of two that cannot be told apart, such as a change of case.
     """
 
-    def __init__(self, taken: Iterable[str] = ()) -> None:
-        self._taken = set(taken)
+    def __init__(self, taken: Iterable[str] = (), fold: Callable[[str], str] = str) -> None:
+        self._fold = fold
+        self._taken = set(map(fold, taken))
         self._last: dict[str, int] = {}
 
     def take(self, name: str) -> str:
         """Return a name that was not given out yet, and give it out."""
-        found, number = name, self._last.get(name, 1)
-        while found in self._taken:
+        free, number = name, self._last.get(name, 1)
+        while self._fold(free) in self._taken:
             number += 1
-            found = f"{name}_{number}"
+            free = f"{name}_{number}"
         self._last[name] = number
-        self._taken.add(found)
-        return found
+        self._taken.add(self._fold(free))
+        return free

@@ -1,7 +1,7 @@
 """Translation of a file of another tool: its parts become nodes of the syntax tree, which `resolve` gives a meaning.
 
-A reader splits its file, looks up words in its tables and adds statements, each with its location in the file. Names,
-terms and rules are checked where those of rule files are.
+A reader splits its file, looks up words in its tables and adds statements, each with its location in the file. The
+checks of names, terms and rules are those of rule files.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, Final, TypeVar
+from typing import Any, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
@@ -18,6 +18,7 @@ from fuzzyctl.expr import ONE, ZERO, Expr, Name, Number
 from fuzzyctl.formats.common.blocks import Arrangement
 from fuzzyctl.formats.common.identifiers import as_read
 from fuzzyctl.formats.common.report import Findings, meant
+from fuzzyctl.formats.fz import NORM_KEYWORDS
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import Profile
@@ -29,18 +30,9 @@ from fuzzyctl.support.numerals import TOO_LARGE, to_number
 
 Meaning = TypeVar("Meaning")
 
-#: Keywords of rule files for the fields of a method.
-_KEYWORDS: Final = {
-    "conjunction": "and",
-    "disjunction": "or",
-    "implication": "implication",
-    "aggregation": "aggregation",
-    "defuzzifier": "defuzzifier",
-}
-
 
 class Translation(Findings):
-    """The statements of one file, and what is wrong with it.
+    """The statements and the diagnostics of one file.
 
     Attributes:
         statements: The statements so far.
@@ -68,24 +60,20 @@ class Translation(Findings):
         return Number(value, span=span)
 
     def weight(self, place: Span, help: str = "") -> Number | None:
-        """Return the weight of a rule; report one that is no number from 0 to 1."""
+        """Return the weight of a rule; report anything but a number from 0 to 1."""
         text = place.text.strip()
         try:
             value = to_number(text)
         except (ValueError, OverflowError):
             value = math.nan
+        if 0 <= value <= 1:
+            return ONE if value == 1 else Number(value, span=place)
         if math.isnan(value):
             self.error("FZ601", f"the weight is a number, got '{text[:40]}'", place, help=help)
-            return None
-        if not 0 <= value <= 1:
-            self.error(
-                "FZ302",
-                f"the weight {text[:40]} lies outside [0, 1]",
-                place,
-                help="a weight is a number between 0 and 1",
-            )
-            return None
-        return ONE if value == 1 else Number(value, span=place)
+        else:
+            help = "a weight is a number between 0 and 1"
+            self.error("FZ302", f"the weight {text[:40]} lies outside [0, 1]", place, help=help)
+        return None
 
     def look_up(
         self,
@@ -97,14 +85,14 @@ class Translation(Findings):
         otherwise: str = "",
         code: str = "FZ602",
     ) -> Meaning | None:
-        """Return the meaning of a word of the file, and report one that its format does not have.
+        """Return the meaning of a word of the file; report a word that its format does not have.
 
         Args:
             place: The word.
             table: The words with their meanings.
-            what: What they are, for people.
-            word: The word without quotes and in small letters, where that differs from the text.
-            otherwise: What to do if no word of the table is like it.
+            what: The noun for the words in messages.
+            word: The word without quotes and in small letters, if that differs from the text.
+            otherwise: The help if no word of the table is like it.
             code: The code of the error.
         """
         text = word or place.text
@@ -118,7 +106,7 @@ class Translation(Findings):
     def head(
         self, name: str, title: str, span: Span, profile: Profile, knobs: Mapping[str, str] = MappingProxyType({})
     ) -> None:
-        """Add the name of the system and the numerics of its tool, with the knobs that the file sets itself."""
+        """Add the name of the system and the numerics of its tool, with the knobs of the file."""
         options = tuple(sx.Option(sx.Word(n, span), sx.Word(v, span)) for n, v in knobs.items())
         self.statements.append(sx.System(span, sx.Word(name, span), title.replace('"', "'")))
         self.statements.append(sx.Semantics(span, sx.Word("semantics", span), sx.Word(profile.name, span), options))
@@ -138,35 +126,32 @@ class Translation(Findings):
         """Add an input or an output.
 
         Args:
-            keyword: Which it is.
+            keyword: `input` or `output`.
             name: Its name.
             ends: Its range.
             terms: Its terms.
-            clauses: What else is said of it.
-            label: What it is called.
-            unread: Names of terms that are reported and may be named all the same.
-            place: Where it stands, if that is not its name.
+            clauses: Its other clauses.
+            label: Its label.
+            unread: Names of terms that have been reported, and that rules may name all the same.
+            place: Its place, if that is not the place of its name.
         """
-        lines = (
-            [] if name.text in self._declared else [term_line(t) for t in terms]
-        )  # of a second one they mean nothing
+        lines = [] if name.text in self._declared else [term_line(t) for t in terms]  # a second one has no terms
         self._declared.add(name.text)
         words = [u if isinstance(u, sx.Word) else sx.Word(u.text, u) for u in unread]
         lines += [sx.TermLine(w.span, w, sx.Word("constant", w.span), (_argument(ZERO, w.span),)) for w in words]
-        word = sx.Word(keyword, name.span)
-        label = label.replace('"', "'")
+        word, label = sx.Word(keyword, name.span), label.replace('"', "'")
         self.statements.append(sx.Variable(place or name.span, word, name, label, *ends, tuple(clauses), tuple(lines)))
 
     def rules(self, arrangement: Arrangement, idle: Sequence[sx.Rule] = ()) -> None:
-        """Add the rules of a file, in blocks where these have a meaning; `idle` are those of outputs left out."""
+        """Add the rules of a file in their blocks; `idle` are the rules of outputs left out."""
         self.statements += [*arrangement.loose, *idle]
-        for name, block, own in arrangement.blocks:
+        for name, block, method in arrangement.blocks:
             place = block.span or Span(self.source, 0, 0)
-            self.statements.append(sx.Rules(place, sx.Word(name, place), settings(own, place)))
+            self.statements.append(sx.Rules(place, sx.Word(name, place), settings(method, place)))
             self.statements += block.rules
 
     def system(self) -> FuzzySystem | None:
-        """Return what the statements mean; None after a mistake."""
+        """Return the system of the statements; None after a mistake."""
         tree = sx.SyntaxTree(self.source, tuple(self.statements))
         system, diagnostics = resolve(tree, (), self.failed, foreign=True)
         self.diagnostics += map(_without_fz, diagnostics)
@@ -184,15 +169,15 @@ class Translation(Findings):
 
 
 def _parts(system: FuzzySystem) -> list[FuzzySystem | LinguisticVariable | Term]:
-    """Return what has a name in a system, from the system itself to the terms."""
-    found: list[FuzzySystem | LinguisticVariable | Term] = [system]
+    """Return the parts of a system that have names, from the system itself to the terms."""
+    parts: list[FuzzySystem | LinguisticVariable | Term] = [system]
     for variable in (*system.inputs, *system.outputs):
-        found += [variable, *variable.terms]
-    return found
+        parts += [variable, *variable.terms]
+    return parts
 
 
 def _without_fz(diagnostic: Diagnostic) -> Diagnostic:
-    """Return a diagnostic without what one writes in rule files only."""
+    """Return a diagnostic without helps that only suit rule files."""
     suggests = diagnostic.help.startswith("did you mean") and "the form is" not in diagnostic.help
     return replace(diagnostic, help=diagnostic.help if suggests else "", fix=None)
 
@@ -203,19 +188,19 @@ def _argument(value: Expr, span: Span, keyword: str = "") -> sx.Argument:
 
 def term_line(term: Term) -> sx.TermLine:
     """Return the line of a term; a formula of the place itself is a function there."""
-    own = term.membership
-    place = own.span or term.span
+    membership = term.membership
+    place = membership.span or term.span
     assert place is not None
     assert term.span is not None
-    arguments = [_argument(a, place) for a in own.arguments]
-    if own.height != ONE:
-        arguments.append(_argument(own.height, place, "height"))
-    kind = "function" if own.kind == "formula" else own.kind
+    arguments = [_argument(a, place) for a in membership.arguments]
+    if membership.height != ONE:
+        arguments.append(_argument(membership.height, place, "height"))
+    kind = "function" if membership.kind == "formula" else membership.kind
     return sx.TermLine(term.span, sx.Word(term.name, term.span), sx.Word(kind, place), tuple(arguments))
 
 
 def fallback(value: Expr | Fallback | Hold, span: Span) -> sx.FallbackClause:
-    """Return what an output is where no rule fires."""
+    """Return the clause for the value of an output if no rule fires."""
     if isinstance(value, Hold):
         start = Name(value.start, span) if isinstance(value.start, str) else value.start
         return sx.FallbackClause(sx.Held(start, span) if start is not None else sx.Word("hold", span), span)
@@ -223,15 +208,13 @@ def fallback(value: Expr | Fallback | Hold, span: Span) -> sx.FallbackClause:
 
 
 def settings(fields: Mapping[str, Any], span: Span) -> tuple[sx.Setting | sx.Activation, ...]:
-    """Return the settings of a system or of a rule block, by the fields of its method; None is not said."""
-    said = {name: value for name, value in fields.items() if value is not None}
-    return tuple(
-        activation(v, span) if isinstance(v, Activation) else setting(_KEYWORDS[n], v, span) for n, v in said.items()
-    )
+    """Return the settings of a system or of a rule block by the fields of its method; None has no setting."""
+    values = ((NORM_KEYWORDS.get(name, name), value) for name, value in fields.items() if value is not None)
+    return tuple(activation(v, span) if isinstance(v, Activation) else setting(word, v, span) for word, v in values)
 
 
 def setting(keyword: str, value: str | Defuzzifier, span: Span) -> sx.Setting:
-    """Return a norm, or a defuzzifier with its number of samples; the rest of it is that of the profile."""
+    """Return a norm, or a defuzzifier with its number of samples; its other fields are those of the profile."""
     options: tuple[sx.Option, ...] = ()
     if isinstance(value, Defuzzifier):
         if value.resolution is not None:
@@ -240,16 +223,15 @@ def setting(keyword: str, value: str | Defuzzifier, span: Span) -> sx.Setting:
     return sx.Setting(span, sx.Word(keyword, span), sx.Word(value, span), options)
 
 
-def activation(own: Activation, span: Span) -> sx.Activation:
+def activation(method: Activation, span: Span) -> sx.Activation:
     """Return an activation method."""
-    span = own.span or span
-    given: dict[str, Expr] = {}
-    if own.count is not None:
-        given["count"] = Number(float(own.count))
-    if own.threshold is not None:
-        given[own.comparison or "threshold"] = own.threshold
-    options = tuple(sx.ActivationOption(sx.Word(name, span), value) for name, value in given.items())
-    return sx.Activation(span, sx.Word("activation", span), sx.Word(own.kind, span), options)
+    span = method.span or span
+    options: list[sx.ActivationOption] = []
+    if method.count is not None:
+        options.append(sx.ActivationOption(sx.Word("count", span), Number(float(method.count))))
+    if method.threshold is not None:
+        options.append(sx.ActivationOption(sx.Word(method.comparison or "threshold", span), method.threshold))
+    return sx.Activation(span, sx.Word("activation", span), sx.Word(method.kind, span), tuple(options))
 
 
 def without_outputs(system: FuzzySystem, names: set[str]) -> FuzzySystem:
@@ -262,25 +244,26 @@ def without_outputs(system: FuzzySystem, names: set[str]) -> FuzzySystem:
     def condition(antecedent: Antecedent) -> Antecedent:
         match antecedent:
             case Is(variable=variable) if variable in names and some is not None:
-                new = {"variable": some.name, "term": some.terms[0].name, "hedges": ("not", "any")}
-                return antecedent.model_copy(update=new)
+                update: dict[str, Any] = {"variable": some.name, "term": some.terms[0].name, "hedges": ("not", "any")}
             case Not(operand=operand):
-                return antecedent.model_copy(update={"operand": condition(operand)})
+                update = {"operand": condition(operand)}
             case And(operands=operands) | Or(operands=operands):
-                return antecedent.model_copy(update={"operands": tuple(map(condition, operands))})
-        return antecedent
+                update = {"operands": tuple(map(condition, operands))}
+            case _:
+                return antecedent
+        return antecedent.model_copy(update=update)
 
-    def kept(rules: Sequence[Any]) -> Iterator[Rule]:
+    def remaining(rules: Sequence[Any]) -> Iterator[Rule]:
         for rule in rules:
             consequents = tuple(c for c in rule.consequents if c.output not in names)
             if consequents:
-                new = {"consequents": consequents, "antecedent": condition(rule.antecedent)}
-                yield rule.model_copy(update=new)
+                update = {"consequents": consequents, "antecedent": condition(rule.antecedent)}
+                yield rule.model_copy(update=update)
 
     blocks: list[Rule | RuleBlock] = []
     for block in system.blocks:
         if isinstance(block, RuleBlock):
-            blocks.append(block.model_copy(update={"rules": tuple(kept(block.rules))}))
+            blocks.append(block.model_copy(update={"rules": tuple(remaining(block.rules))}))
         else:
-            blocks += kept([block])
+            blocks += remaining([block])
     return system.model_copy(update={"blocks": tuple(blocks), "outputs": outputs})

@@ -11,7 +11,7 @@ from fuzzyctl.diagnostics.diagnostic import Note
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
 from fuzzyctl.expr import ONE, ZERO, Binary, Expr, Name, Number
 from fuzzyctl.formats.common import ranges
-from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
+from fuzzyctl.formats.common.ranges import warn_of_degrees_beyond
 from fuzzyctl.formats.fcl.parser import VARIABLES, Block, Declaration, FunctionBlock, Range, Setting, TermLine
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.words import JFUZZYLOGIC_SHAPES, SHAPE_WORDS, fuzzylite_word

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final, Literal
 
-from fuzzyctl.formats.common.shape_words import ShapeWord
-from fuzzyctl.formats.common.words import DUAL_OF, first_words
+from fuzzyctl.formats.common.words import DUAL_OF, ShapeWord, first_words
 from fuzzyctl.formats.fll.methods import OF_SETS, S_NORMS, T_NORMS, WEIGHTED
 from fuzzyctl.formats.fll.shapes import TERMS
 

@@ -22,15 +22,13 @@ from fuzzyctl.expr import (
     to_text,
     walk,
 )
-from fuzzyctl.formats.common import numerics
+from fuzzyctl.formats.common import losses as numerics
 from fuzzyctl.formats.common.blocks import BlockPart, block_parts
-from fuzzyctl.formats.common.clamped_inputs import with_shoulders
-from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
 from fuzzyctl.formats.common.identifiers import with_names
-from fuzzyctl.formats.common.read_back import losses_of
+from fuzzyctl.formats.common.losses import losses_of, with_named_consequents, with_numbers_averaged
+from fuzzyctl.formats.common.ranges import with_shoulders
 from fuzzyctl.formats.common.report import Names
-from fuzzyctl.formats.common.shape_words import words_by_kind
-from fuzzyctl.formats.common.words import up_to_any
+from fuzzyctl.formats.common.words import up_to_any, words_by_kind
 from fuzzyctl.formats.fcl.reader import read
 from fuzzyctl.formats.fcl.words import (
     JFUZZYLOGIC_SHAPES,
@@ -44,7 +42,7 @@ from fuzzyctl.formats.fcl.words import (
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.methods import as_inverted_there, inferred_otherwise
 from fuzzyctl.formats.fll.shapes import TERMS, as_written
-from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.registry import Loss
 from fuzzyctl.formulas import HEDGES, MEMBERSHIP, is_number, is_straight
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, is_joined_by, literals, parts_of

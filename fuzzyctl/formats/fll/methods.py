@@ -13,9 +13,9 @@ from typing import Final, Literal, get_args
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.numerics import defuzzifier_of
-from fuzzyctl.formats.common.shape_words import one_sided
+from fuzzyctl.formats.common.losses import defuzzifier_of
 from fuzzyctl.formats.common.translation import Translation
+from fuzzyctl.formats.common.words import one_sided
 from fuzzyctl.formats.fll.lines import Line, words
 from fuzzyctl.formulas import DISJUNCTIONS, Parameters
 from fuzzyctl.model.method import TSUKAMOTO, Activation, Defuzzifier

@@ -14,9 +14,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.common.blocks import FoundBlock, arranged, joins_of
-from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
-from fuzzyctl.formats.common.ranges import corners, finite_range, reached
-from fuzzyctl.formats.common.rule_text import RuleText
+from fuzzyctl.formats.common.ranges import corners, finite_range, reached, warn_of_degrees_beyond
 from fuzzyctl.formats.common.translation import Translation, fallback, setting, settings
 from fuzzyctl.formats.fll.lines import Block, Line, split, words
 from fuzzyctl.formats.fll.methods import (
@@ -29,6 +27,7 @@ from fuzzyctl.formats.fll.methods import (
     profile_of_version,
     version_said,
 )
+from fuzzyctl.formats.fll.rules import RuleText
 from fuzzyctl.formats.fll.shapes import TERMS
 from fuzzyctl.formats.fll.terms import Place, TermReader, told_apart
 from fuzzyctl.lang import syntax as sx

@@ -14,7 +14,7 @@ from itertools import groupby, pairwise
 from typing import Final, NamedTuple
 
 from fuzzyctl.expr import Call, Expr, Name, Number
-from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
+from fuzzyctl.formats.common.words import Shape, ShapeWord, Values
 from fuzzyctl.formulas import MEMBERSHIP
 
 

@@ -9,8 +9,8 @@ from typing import Final
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import ONE, ZERO, Expr, Name, Number, names_in, replace_names, span_of
-from fuzzyctl.formats.common.report import Findings, Names, ParseError, Reporter
-from fuzzyctl.formats.common.shape_words import ShapeWord
+from fuzzyctl.formats.common.report import Findings, Names, ParseError
+from fuzzyctl.formats.common.words import ShapeWord
 from fuzzyctl.formats.fll.formulas import read_formula
 from fuzzyctl.formats.fll.shapes import as_computed, corners, has_step, of_input, polygon, zero
 from fuzzyctl.formulas import MEMBERSHIP
@@ -205,7 +205,7 @@ def told_apart(terms: Sequence[Term], variable: str, findings: Findings, help: s
 
 
 def membership_as_computed(
-    membership: Membership, variable: str | None, findings: Reporter, *, word: str, python: bool = False
+    membership: Membership, variable: str | None, findings: Findings, *, word: str, python: bool = False
 ) -> Membership | None:
     """Return a membership function as fuzzylite computes it, with a warning; report a mistake and return None.
 
@@ -240,7 +240,7 @@ def membership_as_computed(
 
 
 def _with_jumps(
-    membership: Membership, values: tuple[float, ...], findings: Reporter, word: str, *, python: bool
+    membership: Membership, values: tuple[float, ...], findings: Findings, word: str, *, python: bool
 ) -> Membership | None:
     """Return a term with the degrees of fuzzylite at its jumps; warn if its two engines differ."""
     if has_step(membership.kind, values):
@@ -271,7 +271,7 @@ def with_places(parameters: Sequence[float], numbers: Sequence[Number]) -> tuple
     return tuple(result)
 
 
-def step_to_itself(variable: str | None, span: Span, findings: Reporter, *, word: str) -> Membership | None:
+def step_to_itself(variable: str | None, span: Span, findings: Findings, *, word: str) -> Membership | None:
     """Return fuzzylite's step from a place towards that place, with a warning; it is a mistake in an output."""
     substitute, problem = of_input(zero, variable), f"'{word}' has its start as its direction"
     if substitute is None:

@@ -8,13 +8,20 @@ from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Expr, Name, Number, number_text, replace_names
-from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.common.blocks import BlockPart, block_parts
-from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
 from fuzzyctl.formats.common.identifiers import with_identifiers
-from fuzzyctl.formats.common.read_back import losses_of
-from fuzzyctl.formats.common.shape_words import words_by_kind
-from fuzzyctl.formats.common.words import DUAL_OF, first_words, up_to_any
+from fuzzyctl.formats.common.losses import (
+    cannot,
+    defuzzifier_of,
+    impossible,
+    losses_of,
+    missing_words,
+    other_knobs,
+    value_unfired,
+    with_named_consequents,
+    with_numbers_averaged,
+)
+from fuzzyctl.formats.common.words import DUAL_OF, first_words, up_to_any, words_by_kind
 from fuzzyctl.formats.fll.formulas import FUNCTION_WORDS, formula
 from fuzzyctl.formats.fll.methods import (
     ACTIVATION_WORDS,
@@ -27,7 +34,7 @@ from fuzzyctl.formats.fll.methods import (
 )
 from fuzzyctl.formats.fll.reader import read
 from fuzzyctl.formats.fll.shapes import TERMS, as_written
-from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.registry import Loss
 from fuzzyctl.model.method import Activation
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
@@ -69,7 +76,7 @@ class _Writer:
     def _nearest(self) -> Profile:
         """Return the tool under which fewer numbers change; the file names pyfuzzylite if that is the one."""
         tools = [profile(name) for name in ("fuzzylite", "pyfuzzylite")]
-        losses, fewer = (list(numerics.other_knobs(self.system, tool.semantics)) for tool in tools)
+        losses, fewer = (list(other_knobs(self.system, tool.semantics)) for tool in tools)
         if len(losses) <= len(fewer):
             return tools[0]
         why = "the file is for pyfuzzylite, and says so; fuzzylite itself computes other numbers"
@@ -79,8 +86,8 @@ class _Writer:
     def write(self) -> tuple[str, list[Loss]]:
         """Return the text and the losses."""
         system = self.system
-        self.reasons.extend(numerics.impossible(system))
-        self.reasons.extend(numerics.missing_words(system, _NAMES, {*_CONJUNCTIONS, *_DISJUNCTIONS, "sum"}))
+        self.reasons.extend(impossible(system))
+        self.reasons.extend(missing_words(system, _NAMES, {*_CONJUNCTIONS, *_DISJUNCTIONS, "sum"}))
         comments = [] if self.profile.name == "fuzzylite" else [f"# numerics of {self.profile.name}"]
         lines = [*comments, f"Engine: {system.name}"]
         if system.title:
@@ -92,7 +99,7 @@ class _Writer:
         for part in parts:
             lines.extend(self._rule_block(part, split=sum(p.block == part.block for p in parts) > 1))
         if self.reasons:
-            raise numerics.cannot(system, ".fll", self.reasons)
+            raise cannot(system, ".fll", self.reasons)
         text = "\n".join(lines) + "\n"
         back, _ = read(SourceText("written.fll", text))
         order = [r for part in parts for r, _ in part.rules]
@@ -117,7 +124,7 @@ class _Writer:
             yield f"  term: {term.name} {self._term(variable, term)}"
 
     def _output(self, output: Output) -> Iterator[str]:
-        defuzzifier = numerics.defuzzifier_of(self.system, output)
+        defuzzifier = defuzzifier_of(self.system, output)
         aggregation = output.aggregation or self.system.method.aggregation
         # Separate rules are added up; fuzzylite would join those of one term.
         separate = self.system.method.semantics.merge == "rules" != self.profile.semantics.merge
@@ -130,7 +137,7 @@ class _Writer:
         if not defuzzifier.over_rules:  # without a number the versions of fuzzylite differ
             word += f" {defuzzifier.resolution or self.profile.defuzzifier(defuzzifier.kind).resolution}"
         yield f"  defuzzifier: {word}"
-        start = numerics.value_unfired(self.system, output)
+        start = value_unfired(self.system, output)
         yield f"  default: {number_text(start) if start is not None else 'nan'}"
         yield f"  lock-previous: {str(isinstance(output.otherwise, Hold)).lower()}"
 

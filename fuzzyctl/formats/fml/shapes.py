@@ -9,7 +9,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Number, evaluate
-from fuzzyctl.formats.common.shape_words import one_sided
+from fuzzyctl.formats.common.words import one_sided
 from fuzzyctl.formats.fml.document import Element, Markup
 from fuzzyctl.formulas import MEMBERSHIP, is_straight
 from fuzzyctl.kernels.compile import degree_function

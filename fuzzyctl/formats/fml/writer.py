@@ -8,10 +8,9 @@ from xml.sax.saxutils import escape, quoteattr
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Expr, number_text
-from fuzzyctl.formats.common import numerics
-from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
+from fuzzyctl.formats.common import losses as numerics
 from fuzzyctl.formats.common.identifiers import name_before, with_names
-from fuzzyctl.formats.common.read_back import losses_of
+from fuzzyctl.formats.common.losses import losses_of, with_named_consequents, with_numbers_averaged
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fml.reader import read
 from fuzzyctl.formats.fml.shapes import WrittenShape, written_shape
@@ -23,7 +22,7 @@ from fuzzyctl.formats.fml.vocabulary import (
     modifier_of,
     word_for,
 )
-from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.registry import Loss
 from fuzzyctl.model.method import OVER_RULES, TSUKAMOTO, RuleMethod
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem

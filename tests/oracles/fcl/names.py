@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from fuzzyctl.formats.common.shape_words import ShapeWord
-from fuzzyctl.formats.common.words import DUAL_OF
+from fuzzyctl.formats.common.words import DUAL_OF, ShapeWord
 from fuzzyctl.formats.fll.shapes import TERM_WORDS
 
 #: Words of jFuzzyLogic, in capitals; it takes them in small letters too.

@@ -11,12 +11,12 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Binary, Call, Expr, ExprError, Name, Negate, Number, evaluate, span_of
-from fuzzyctl.formats.common.report import Reporter
 from fuzzyctl.formats.fll.formulas import ARGUMENTS, expanded
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
 from tests.oracles.fcl.dialect import Dialect
 from tests.oracles.fcl.syntax import Word
+from tests.oracles.reporter import Reporter
 
 #: Functions of both tools under other names, by what they are here.
 _SAME: Final = {"ln": "log", "fabs": "abs"}

@@ -6,7 +6,7 @@ import math
 
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
 from fuzzyctl.expr import ONE, ZERO, Binary, Expr, Name, Number
-from fuzzyctl.formats.common.shape_words import ShapeWord
+from fuzzyctl.formats.common.words import ShapeWord
 from fuzzyctl.formats.fll.shapes import TERM_WORDS
 from fuzzyctl.formats.fll.terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
 from fuzzyctl.model.variable import Membership

@@ -11,7 +11,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.common import ranges
-from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
+from fuzzyctl.formats.common.ranges import warn_of_degrees_beyond
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fll.methods import KINDS, weighted_kinds
 from fuzzyctl.formulas import MEMBERSHIP, is_monotone

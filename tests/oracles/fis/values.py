@@ -9,8 +9,8 @@ from typing import Final
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.report import Findings, ParseError
-from fuzzyctl.formats.common.vectors import read_vector
 from tests.oracles.fis.sections import QUOTES, Entry, trimmed
+from tests.oracles.fis.vectors import read_vector
 
 _COUNT: Final = re.compile(r"(\d{1,9})(?:\.0*)? *[;,]?$", re.ASCII)
 

@@ -11,9 +11,9 @@ from typing import Final
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Name, Number, replace_names
-from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
+from fuzzyctl.formats.common.ranges import warn_of_degrees_beyond
 from fuzzyctl.formats.common.report import Findings, Names, ParseError, meant
-from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
+from fuzzyctl.formats.common.words import Shape, ShapeWord, Values
 from fuzzyctl.formats.fll.terms import NOT_BEYOND, membership_as_computed, step_to_itself
 from fuzzyctl.model.variable import Membership, Term
 from tests.oracles.fis import values

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Final, Literal
 
-from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
+from fuzzyctl.formats.common.words import Shape, ShapeWord, Values
 
 Dialect = Literal["matlab", "octave", "fuzzylite"]
 

@@ -11,7 +11,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import ONE, Expr, Name, Number, names_in, replace_names
 from fuzzyctl.formats.common.report import Findings, Names, ParseError, meant
-from fuzzyctl.formats.common.shape_words import ShapeWord
+from fuzzyctl.formats.common.words import ShapeWord
 from fuzzyctl.formats.fll.terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.support.numerals import TOO_LARGE, to_number

@@ -10,8 +10,7 @@ from typing import Protocol
 from fuzzyctl.diagnostics.diagnostic import Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Number
-from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
-from fuzzyctl.formats.common.ranges import linear_range
+from fuzzyctl.formats.common.ranges import linear_range, warn_of_degrees_beyond
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.model.variable import Fallback, Hold, Membership, Term
 from tests.oracles.fll.lines import Block, Line

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
+from fuzzyctl.formats.common.words import Shape, ShapeWord, Values
 
 
 def _binary(p: Values) -> Shape:

@@ -9,10 +9,10 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.common.blocks import combined, without_common
 from fuzzyctl.model.method import Method, Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
+from tests.oracles.blocks import combined, without_common
 from tests.oracles.fml.document import Element, parse_document
 from tests.oracles.fml.names import POINT_SETS, SHAPES
 from tests.oracles.fml.rules import RuleReader

@@ -8,12 +8,12 @@ from typing import Final, Literal
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ONE, Number
-from fuzzyctl.formats.common.blocks import FoundBlock
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import Activation
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.variable import Input, Output, Term
+from tests.oracles.blocks import FoundBlock
 from tests.oracles.fml.document import MAX_DEPTH, Element
 from tests.oracles.fml.hedges import NEED_ONE, OWN_HEDGES, reaches_one, up_to
 from tests.oracles.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS, MODIFIERS

@@ -11,9 +11,9 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.report import Reporter
 from fuzzyctl.support.numerals import to_number
 from tests.oracles.fml.document import Element
+from tests.oracles.reporter import Reporter
 
 #: Attributes that any element may have.
 _EVERYWHERE: Final = frozenset({"networkaddress", "ip"})

@@ -3,7 +3,7 @@
 import pytest
 
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.read_back import losses_of
+from fuzzyctl.formats.common.losses import losses_of
 from fuzzyctl.loading.load import loads
 from fuzzyctl.model.variable import Hold
 

@@ -9,10 +9,10 @@ from fuzzyctl.diagnostics.diagnostic import render_all
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.report import ParseError
-from fuzzyctl.formats.common.vectors import read_vector
+from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.fis import read, write
-from fuzzyctl.formats.fis.memberships import written
+from fuzzyctl.formats.fis.sections import vector
+from fuzzyctl.formats.fis.shapes import written
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.loading.load import load, loads
 from fuzzyctl.model.method import Defuzzifier
@@ -477,11 +477,8 @@ class TestVectors:
     )
     def test_numbers_are_separated_as_in_matlab(self, text, values):
         source = SourceText("t", text)
-        if values is None:
-            with pytest.raises(ParseError):
-                read_vector(Span(source, 0, len(text)))
-        else:
-            assert tuple(n.value for n in read_vector(Span(source, 0, len(text)))) == values
+        numbers = vector(Span(source, 0, len(text)), Findings(source))
+        assert (None if numbers is None else tuple(n.value for n in numbers)) == values
 
 
 def test_a_formula_of_an_output_may_name_the_outputs_before_it():

@@ -9,6 +9,7 @@ from fuzzyctl import as_profile
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError, render_all
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fis import read, write
+from fuzzyctl.formats.registry import FORMATS
 from fuzzyctl.loading.load import loads
 
 TWO = """\
@@ -195,3 +196,23 @@ def test_formulas_with_commas_are_refused_since_fuzzylite_parts_terms_at_them(fo
         write(system)
     text, _ = write(as_profile(two(p="function(abs(x) + sin(x))", otherwise="nan"), "fuzzylite"))
     assert "'function',[(abs(x) + sin(x))]" in text
+
+
+def test_a_triangle_of_no_height_has_no_word():
+    engine = """Engine: e
+InputVariable: x
+  range: 0 10
+  term: a Triangle 0 5 10
+OutputVariable: y
+  range: 0 10
+  aggregation: Maximum
+  defuzzifier: Centroid 100
+  term: p Triangle 0 4 10 0
+  term: q Triangle 0 4 10
+RuleBlock:
+  implication: Minimum
+  rule: if x is a then y is p and y is q
+"""
+    (system,), _ = FORMATS["fll"].read(SourceText("e.fll", engine))
+    with pytest.raises(DiagnosticError, match="term 'p' of 'y' has the height 0"):
+        write(system)

@@ -17,7 +17,7 @@ _TOKEN: Final = re.compile(r"[()]|[^\s()]+")
 
 _FORM: Final = "a rule is written: if A is x and B is y then C is z with 0.5"
 
-#: What stands behind a term.
+#: The words and signs that may follow a term.
 _AFTER_TERM: Final = ("and", "or", "then", "with", "(", ")")
 
 #: Deepest nesting of parentheses, and most hedges of a term.
@@ -32,7 +32,7 @@ class RuleText(SpanParser[sx.Truth]):
         terms: The names of the terms of each variable, which may be words of rules.
         hedges: The words for hedges.
         disabled: Variables whose propositions are false.
-        translation: Where a mistake goes.
+        translation: Takes a mistake.
     """
 
     infix: Mapping[str, Operator] = {"or": Operator(1, run=True), "and": Operator(2, run=True)}
@@ -54,7 +54,7 @@ class RuleText(SpanParser[sx.Truth]):
         self.tokens = [Span(span.source, m.start(), m.end()) for m in _TOKEN.finditer(text, span.start, span.end)]
 
     def read(self) -> sx.Rule | None:
-        """Return the rule; after a mistake, which is reported, what stands before it, so that names are checked."""
+        """Return the rule; report a mistake and return the part before it, so that its names are checked."""
         weight: Number | None = ONE
         try:
             self._expect("if")
@@ -133,17 +133,17 @@ class RuleText(SpanParser[sx.Truth]):
         return ParseError(f"there is no variable '{place.text[:40]}'", place, "FZ202", help=help_text, facts=facts)
 
     def _hedges(self, names: Collection[str]) -> tuple[sx.Word, ...]:
-        """Return the hedges before a term; a term of such a name is a term where no term follows it."""
-        found: list[sx.Word] = []
+        """Return the hedges before a term; a term with the name of a hedge is a term if no term follows it."""
+        hedges: list[sx.Word] = []
         while self._text() in self.hedges:
             following = self.tokens[self.next + 1].text if self.next + 1 < len(self.tokens) else ""
             if self._text() in names and not (following in names or following in self.hedges):
                 break
             place = self._take()
-            found.append(sx.Word(place.text, place))
-            if len(found) > _DEEPEST:
+            hedges.append(sx.Word(place.text, place))
+            if len(hedges) > _DEEPEST:
                 raise ParseError(f"the rule has more than {_DEEPEST} hedges of one term", place, "FZ106")
-        return tuple(found)
+        return tuple(hedges)
 
     def _term(self, variable: sx.Word, names: Collection[str]) -> sx.Word:
         if variable.text not in self.terms and self._peek() in ("", *_AFTER_TERM):
