@@ -1,10 +1,10 @@
 """What a table writes for a membership function it reads back, for each format."""
 
 import pytest
-from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS
 
 from fuzzyctl.formats.common.words import words_by_kind
 from fuzzyctl.formats.fcl.words import JFUZZYLOGIC_SHAPES
+from fuzzyctl.formats.fis.shapes import MEMBERSHIP_WORDS
 from fuzzyctl.formats.fll.shapes import TERM_WORDS
 from fuzzyctl.formulas import MEMBERSHIP
 
