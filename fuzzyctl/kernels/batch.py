@@ -221,7 +221,7 @@ def derivatives(form: Form, by: str) -> Program:
         by: "inputs", "state", or "all", which is the inputs, then the state.
 
     Returns:
-        The program of the derivatives of each of its numbers by each argument; it takes what the form takes.
+        The program of the derivatives of each of its numbers by each argument; it has the arguments of the form.
     """
     program, state = form.named()
     inputs = program.arguments[: len(form.input_names)]

@@ -98,7 +98,7 @@ def compile(
         algorithm: "interpolation", "active" or "rules", which compute the same, up to rounding; or "auto",
             which takes the fastest that the system allows. For a controller, that of all systems that it calls.
         free: Names of numbers that become arguments, such as params, "e.PS.peak" and "force.weights"; see
-            `model.free_numbers`. All rules are then evaluated: no algorithm looks up what depends on numbers. A
+            `model.free_numbers`. All rules are then evaluated: no algorithm looks up values with free numbers. A
             controller has its params and numbers of its systems, as "SYSTEM.e.PS.peak". They are the last entries of
             the state.
 
@@ -164,7 +164,7 @@ def numba_is_missing() -> str | None:
     """Return why numba cannot be used, None where it can."""
     try:
         import fuzzyctl.kernels.backends.numba.source  # noqa: F401 - whether it can be imported is the question
-    except Exception as error:  # noqa: BLE001 - a broken installation may raise anything; what it raised is reported
+    except Exception as error:  # noqa: BLE001 - a broken installation may raise anything; the error is reported
         return f"{type(error).__name__}: {error}" if not isinstance(error, ImportError) else str(error)
     return None
 

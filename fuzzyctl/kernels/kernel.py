@@ -74,7 +74,7 @@ class Kernel(Displayed):
         UnknownNameError: For another backend.
     """
 
-    # What each call reads has a slot, which is found faster than an entry of the dictionary.
+    # The attributes that each call reads have slots, which are faster than entries of the dictionary.
     __slots__ = ("__dict__", "__weakref__", "_function", "_is_single")
 
     __signature__ = InputSignature(
@@ -461,7 +461,7 @@ class Kernel(Displayed):
         return labelled(first, names[by], points)
 
     def _view(self, what: str, points: Any, state: Any, dt: Any = None) -> FloatArray:
-        """Evaluate one of the programs that show what is behind the outputs."""
+        """Evaluate one of the programs for the degrees and strengths behind the outputs."""
         if what not in self._views:
             from fuzzyctl.kernels.batch import Arrays, derivatives
 

@@ -30,7 +30,7 @@ _SAME: Final = 1e-14
 _NARROWEST: Final = 1e-7
 #: Degrees that differ by less are the same but for rounding.
 ROUNDING: Final = 1e-13
-#: Slopes, and products of one slope of each input, must be that far from what a number can be, either way.
+#: Slopes, and products of one slope of each input, must be that far from the largest and the smallest number.
 STEEPEST: Final = 1e250
 
 #: A function of the knots of some inputs: positions of these inputs, and values that are not 0 by position of knots.
@@ -266,7 +266,7 @@ def _table(
                 below[start + shift] += rule.weight * value
     if not peaks or min(below) <= _LEAST_SHARE * max(below):
         return None
-    # An average lies between what it averages, whatever rounding does; in a cell it lies between its corners.
+    # An average lies between its operands, also with rounding; in a cell it lies between its corners.
     low, high = min(peaks), max(peaks)
     at_knots = tuple(min(max(a / w, low), high) for a, w in zip(above, below, strict=True))
     ends = min(at_knots), max(at_knots)

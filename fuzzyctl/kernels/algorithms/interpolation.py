@@ -187,7 +187,7 @@ def coefficients(grid: Grid, at_knots: Sequence[float]) -> list[float]:
     row_values = list(at_knots)
     strides = _strides(grid)
     for d, knots in enumerate(grid.knots):
-        # What is there already for each knot: a row of coefficients of the inputs before.
+        # For each knot: a row of coefficients of the inputs before.
         row = 1 << d
         stride = strides[d] * row
         wider = [0.0] * (2 * len(row_values))

@@ -14,7 +14,7 @@ from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.program import Program
 from fuzzyctl.records import record
 
-#: `rules` evaluates every rule; `interpolation` looks up what the rules say in the cell of the inputs; `active`
+#: `rules` evaluates every rule; `interpolation` looks up the cell of the inputs; `active`
 #: averages over the rules that act; `auto` takes the fastest that the system allows.
 AlgorithmName = Literal["auto", "interpolation", "active", "rules"]
 ALGORITHMS: Final = get_args(AlgorithmName)

@@ -180,7 +180,7 @@ def stacked(names: Sequence[str], columns: Sequence[Any]) -> FloatArray:
 
 
 def number_array(values: Any, what: str) -> Any:
-    """Return an array of numbers of any type, as it is: what is large is converted block by block.
+    """Return an array of numbers of any type, as it is: a large one is converted block by block.
 
     Raises:
         ArgumentError: If it is not an array of real numbers.

@@ -102,7 +102,7 @@ def _try(work: Work, count: int) -> tuple[int, float]:
 
 
 def _work(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray, workers: int) -> Work:
-    """Return what fills a part of the results, in blocks of bounded memory where arrays are converted."""
+    """Return the function that fills a part of the results, in blocks of bounded memory if arrays are converted."""
     size = len(results)
     if not _are_plain(points, states):
         numbers = points.shape[-1] + (0 if states is None else states.shape[-1])
@@ -211,7 +211,7 @@ def _wait_until(done: Callable[[], bool]) -> None:
 
 
 def _shares(first: int, count: int, workers: int, least: int, most: int) -> Iterator[tuple[int, int]]:
-    """Yield what to take at a time: two thirds of a thread's part of what is left, within the least and the most."""
+    """Yield the shares of points: two thirds of a thread's part of the rest, within the least and the most."""
     while first < count:
         share = max(2 * (count - first) // (3 * workers), least) if workers > 1 else count - first
         last = min(first + min(share, most), count)

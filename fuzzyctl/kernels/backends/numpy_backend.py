@@ -70,7 +70,7 @@ def _last_uses(program: Program) -> list[set[str]]:
 def _names(program: Program) -> list[set[str]]:
     """Return for each statement the names that it gives or needs."""
     arrays = {STATE, *(name for name, _ in program.tables)}
-    # What a loop over corners names inside takes memory up to the end.
+    # Names inside of a loop over corners take memory up to the end.
     inside = [locals_of(s) if isinstance(s, Between) else set() for s in program.body]
     return [(writes(s) | reads(s) | inner) - arrays for s, inner in zip(program.body, inside, strict=True)]
 
@@ -89,7 +89,7 @@ def _most_alive(program: Program) -> int:
 
 
 def _of_integrals(program: Program, tables: Mapping[str, FloatArray]) -> int:
-    """Return how many more numbers of each point integrals need: what they depend on, and places with marks."""
+    """Return how many more numbers of each point integrals need: their arguments, and places with marks."""
     integrals = [s for s in program.body if isinstance(s, Quadrature)]
     sizes = [len(s.given) + _SORTED * (len(tables[s.places]) + len(s.marks) if s.marks else 0) for s in integrals]
     return max(sizes, default=0)

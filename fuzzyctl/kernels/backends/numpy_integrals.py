@@ -24,7 +24,7 @@ CrossingFunction = Callable[[FloatArray, tuple[FloatArray, ...]], tuple[Any, ...
 
 #: Points that are integrated at a time, at most.
 PART: Final = 256
-#: Numbers of a stretch at the same time, besides what its set depends on.
+#: Numbers of a stretch at the same time, besides the arguments of its set.
 _OF_STRETCH: Final = 10
 #: Arrays of the degrees at all nodes of some stretches, besides those that the set itself needs.
 _OF_NODES: Final = 4
@@ -85,7 +85,7 @@ def half(
 def jumps(
     function: ArrayFunction, crossing: CrossingFunction, places: FloatArray, given: tuple[FloatArray | float, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what jumps add to the derivatives of first moments and areas; see `quadrature.jumps`."""
+    """Return the parts of jumps in the derivatives of first moments and areas; see `quadrature.jumps`."""
     return _in_parts(partial(_jumps, crossing), function, places, given)
 
 

@@ -333,14 +333,14 @@ class _Front:
             return
         written = [self._activation(r) for r in rules]
         self._own |= dict(zip(rules, written, strict=True))
-        # What is too little to act does not count among the first, the last, the highest or the lowest either.
+        # A rule below the threshold does not count among the first, last, highest or lowest ones either.
         counted = method.kind in ("first", "last", "highest", "lowest")
         ready = [self._gated(a) for a in written] if counted else written
         chosen = [self._gated(a) for a in acting(self.builder, method, ready)]
         self.activations |= dict(zip(rules, chosen, strict=True))
 
     def _gated(self, activation: Expr) -> Expr:
-        """Return an activation, or 0 where it is not above what a rule must exceed to act.
+        """Return an activation, or 0 if it does not exceed the threshold of a rule.
 
         How far rules before have activated a term may add up to more than 1, and what is `not` that is below 0.
         """

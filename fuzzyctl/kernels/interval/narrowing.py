@@ -50,7 +50,7 @@ class NarrowingInterpreter(Interpreter):
     Args:
         names: Enclosures by name.
         definitions: Definitions by name; those without a definition are arguments.
-        nearest: Whether only what kernels compute is enclosed, with arithmetic that rounds to nearest as theirs does,
+        nearest: Whether only the values of kernels are enclosed, with arithmetic that rounds to nearest as theirs does,
             and not the real values; slopes are not known then.
     """
 
@@ -258,7 +258,7 @@ def _joined(parts: list[list[tuple[Compare, ...]]]) -> Iterator[tuple[Compare, .
 
 
 def _side(op: str, other: Enclosure) -> Ends:
-    """Return the ends of what compares with another value; with none that may be NaN."""
+    """Return the ends of values that compare with another one; with none that may be NaN."""
     unknown = may_be_nan(other)
     lo = np.where(unknown | (op in ("<", "<=")), -np.inf, other.lo)
     hi = np.where(unknown | (op in (">", ">=")), np.inf, other.hi)
@@ -266,7 +266,7 @@ def _side(op: str, other: Enclosure) -> Ends:
 
 
 def _nearest(op: str, a: Enclosure, b: Enclosure) -> Enclosure:
-    """Enclose what floats give, which is monotone in each operand, as rounding is."""
+    """Enclose the result in floats, which is monotone in each operand, as rounding is."""
     lo, hi = least_and_largest([_NEAREST[op](x, y) for x in (a.lo, a.hi) for y in (b.lo, b.hi)])
     bad = np.isnan(lo) | may_be_nan(a)  # one of the four is enough; a square hides it
     if op == "/":

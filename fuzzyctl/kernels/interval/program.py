@@ -119,7 +119,7 @@ class Interpreter:
                 case Accumulate():
                     self._accumulate(statement, tables)
                 case Fold(then=then):
-                    # What is made of it is held within the hull of the sets; that is what is known.
+                    # The result is clamped to the hull of the sets, and nothing else is known of it.
                     self.names |= {s.name: _anything() for s in then}
                 case Quadrature(found=found, area=area):
                     self.names |= {found: _anything(), area: _anything()}

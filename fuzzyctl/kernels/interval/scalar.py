@@ -31,7 +31,7 @@ from fuzzyctl.kernels.program.scalar import power
 #: The least and the largest value.
 Interval = tuple[float, float]
 
-#: Any number, or none at all (NaN): what is computed from it may again be anything.
+#: Any number, or NaN: results that depend on it may again be anything.
 ANYTHING: Final = (-math.inf, math.inf)
 #: Relative error of functions in the libraries that kernels may call, generously.
 _ERROR: Final = 16 * 2.0**-53

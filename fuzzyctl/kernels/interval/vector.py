@@ -64,7 +64,7 @@ def boxes(lo: Array, hi: Array) -> list[Enclosure]:
 
 
 def sound(lo: Array, hi: Array, slopes: tuple[Array, Array] | None, error: Array) -> Enclosure:
-    """Return an enclosure in which what may be no number is any; for the arguments see `Enclosure`."""
+    """Return an enclosure in which a value that may be NaN is any number; for the arguments see `Enclosure`."""
     bad = np.isnan(lo) | np.isnan(hi)
     if bad.any():
         lo, hi = np.where(bad, -np.inf, lo), np.where(bad, np.inf, hi)
@@ -85,7 +85,7 @@ def outward(lo: Array, hi: Array) -> tuple[Array, Array]:
 
 
 def hull_of_products(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Return bounds of the products of what lies between two bounds each; shapes are broadcast."""
+    """Return bounds of the products of two values with bounds; shapes are broadcast."""
     return outward(*least_and_largest([x * y for x in a for y in b]))
 
 
@@ -263,7 +263,7 @@ def _held(q: Enclosure, low: Enclosure, high: Enclosure) -> Enclosure:
 
 
 def _unless_nan(enclosure: Enclosure, second: Enclosure) -> Enclosure:
-    """Return a smaller or larger value; what may be NaN, the second operand hands on."""
+    """Return a smaller or larger value; if it may be NaN, the second operand decides."""
     bad = np.isneginf(second.lo) & np.isposinf(second.hi)
     if not bad.any():
         return enclosure
@@ -306,7 +306,7 @@ def compared(op: str, a: Enclosure, b: Enclosure) -> Truths:
 
 
 def _truth(op: str, a: Enclosure, b: Enclosure) -> Enclosure:
-    """Enclose the function that is 1 where a comparison holds, else 0; what may be NaN is compared without a result."""
+    """Enclose the function that is 1 where a comparison holds, else 0; operands that may be NaN have no result."""
     yes, no = compared(op, a, b)
     certain = ~(np.isneginf(a.lo) & np.isposinf(a.hi) | np.isneginf(b.lo) & np.isposinf(b.hi))
     return chosen(yes & certain, no & certain, constant(1.0), constant(0.0))

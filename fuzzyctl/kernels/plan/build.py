@@ -113,7 +113,7 @@ def _misfit(output: OutputPlan, term: SetPlan) -> tuple[str, str] | None:
 
 
 def _shape(term: SetPlan) -> str:
-    """Return the kind of a term, of one that a hedge has changed what it is like."""
+    """Return the kind of a term; for one that a hedge has changed, its description."""
     return term.kind if not term.changes else "piecewise" if term.vertices else "changed"
 
 

@@ -182,7 +182,7 @@ def hedge_change(system: FuzzySystem, hedge: str, *, undone: bool) -> Expr:
     return change(x)
 
 
-#: Most operands and operators of the own hedges in all rules, each counted once for what it is applied to.
+#: Most operands and operators of the own hedges in all rules, each counted once for each operand.
 MAX_HEDGED: Final = 100_000
 
 
@@ -213,7 +213,7 @@ class Antecedents:
         self._bodies: dict[str, Expr] = {}
         self._applied: dict[tuple[str, Expr], Expr] = {}
         self._hedged_parts = 0
-        #: Names by the identity of what they name, with that, which must live as long.
+        #: Names by the identity of their objects, with the objects, which must live as long.
         self._named_parts: dict[int, tuple[Expr, Name]] = {}
 
     def strength(self, antecedent: Antecedent, rule: int) -> int:
@@ -253,7 +253,7 @@ class Antecedents:
         return reduce(lambda a, b: norm(self._named(a), self._named(b)), truths)
 
     def _chain(self, norm: Norm, truths: list[Expr]) -> Expr:
-        """Join truths from left to right, with names for what is nested deeply; depths are not measured anew."""
+        """Join truths from left to right, with names for deeply nested ones; depths are not measured anew."""
         added = depth(norm(Name("a"), Name("b")))
         truth_so_far, deep = truths[0], depth(truths[0])
         for truth in truths[1:]:

@@ -289,7 +289,7 @@ class Expansion:
         return rebuilt(expr, [self.expanded(e, scope) for e in children(expr)])
 
     def condition(self, expr: Expr, scope: Scope, levels: int = DEEPEST_CONDITIONS) -> Expr:
-        """Return a condition, those that it names written out; what is 1 or 0 holds if it is above 0."""
+        """Return a condition, those that it names written out; a value of 1 or 0 holds if it is above 0."""
         match expr:
             case Logic(op=op, operands=operands, span=span):
                 return Logic(op, tuple(self.condition(o, scope, levels) for o in operands), span)

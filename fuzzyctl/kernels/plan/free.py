@@ -37,7 +37,7 @@ class FreePlan:
 
     @property
     def values(self) -> tuple[float, ...]:
-        """What the system itself says."""
+        """The values of the system itself."""
         return tuple(self.system.values[n] for n in self.names)
 
 

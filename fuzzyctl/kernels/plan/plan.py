@@ -24,7 +24,7 @@ class HeldPlan:
     start: float
 
 
-#: What a planned output is where no rule fires: a number (NaN for `else nan`), its previous value, an exception, or
+#: A planned output without a firing rule: a number (NaN for `else nan`), its previous value, an exception, or
 #: nothing, since it has been promised that some rule always fires.
 Otherwise = float | HeldPlan | Literal["error"] | None
 
@@ -292,7 +292,7 @@ class Plan:
         return all(a.kind == "general" for a in self.activations)
 
     def variable(self, position: int) -> InputPlan:
-        """Return an input, or an output or let as what antecedents read: its value within its range."""
+        """Return an input, output or let as antecedents read it: its value within its range."""
         if position < len(self.inputs):
             return self.inputs[position]
         others: tuple[OutputPlan | LetPlan, ...] = (*self.outputs, *self.lets)

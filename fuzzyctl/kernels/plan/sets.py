@@ -47,7 +47,7 @@ class SetPlan:
         height: The largest degree.
         expression: For `linear` and `function` consequents over the names of the inputs, for a `function` term of an
             input, and a `formula` of an output, over `ITSELF`.
-        changes: What hedges and weights make of its degree, one after the other, each an expression over `ITSELF`.
+        changes: The changes of its degree by hedges and weights, one after the other, each an expression over `ITSELF`.
         implication: How rules imply it, where that is not the implication of the output; None where it is.
         reach: For a `linear` consequent of inputs that are clamped the numbers it lies between, up to rounding; kernels
             hold what they compute within. None where nothing is known beforehand.
@@ -133,7 +133,7 @@ class SetPlan:
 
     @property
     def peak(self) -> float:
-        """The middle of the core: what the averages take (Eq. (18) of Goto, Bertol, Martins)."""
+        """The middle of the core, which averages take (Eq. (18) of Goto, Bertol, Martins)."""
         left, right = formula_of(self.kind).core(self.parameters)
         return left if left == right else 0.5 * left + 0.5 * right
 

@@ -252,7 +252,7 @@ class Trace:
         if a.value == present and not self.strict and op not in ("==", "!="):
             return self._untied(op, left, right)
         relation = op if holds else _INVERSE[op]
-        # What orders numbers holds at the ends as well; `binary` asks for divisors that are not 0.
+        # Comparisons hold at the ends as well; `binary` needs divisors that are not 0.
         self.conditions[Compare(relation if self.strict else _CLOSED.get(relation, relation), left, right)] = None
         return holds
 
@@ -275,7 +275,7 @@ class Trace:
         self.conditions[Compare("<", atom(before), atom(after))] = None
 
     def refusal(self, needs: NeedsNumberError) -> ArgumentError:
-        """Return why a number cannot be free: what is computed from it before the program is written."""
+        """Return why a number cannot be free: the value that depends on it before the program is written."""
         reason = (
             "exact bisectors, maxima, polygons and integrals of curved sets are worked out from the corners themselves"
         )

@@ -120,7 +120,7 @@ class _Tape:
         self.known |= carried
 
     def integral(self, whole: Quadrature) -> dict[str, Derivatives]:
-        """Integrate the derivatives of a set, along each argument the same function of other slopes of what is given.
+        """Integrate the derivatives of a set, along each argument the same function of other slopes of the arguments.
 
         A set that bends moves its bends without changing the integral, which is why only jumps have a share of theirs.
         The set itself is added, in the size of the slopes, and taken off again: it shows bends between which the
@@ -150,7 +150,7 @@ class _Tape:
     def _of_half(self, whole: Quadrature, of_set: Quadrature, of_jumps: Quadrature | None) -> Expr:
         """Return the derivative of the place where the area to the left is half of all; NaN at a gap, where it jumps.
 
-        It moves by half of what the area changes by to its right less to its left, over the degree there.
+        It moves by half of the change of the area to its right less that to its left, over the degree there.
         """
         place = Name(whole.found)
 
@@ -390,7 +390,7 @@ class _Tape:
         return ZERO if ZERO in (a, b) else self.let(times(a, b))
 
     def _steep(self, a: Expr, slope: Expr) -> Expr:
-        """Return a · slope, 0 where a is 0: what does not move has no slope, however steep the function is there."""
+        """Return a · slope, 0 if a is 0: a constant has no slope, however steep the function is there."""
         return self.let(Where(Compare("==", a, ZERO), ZERO, self.let(times(a, slope))))
 
     def _difference(self, a: Expr, b: Expr) -> Expr:
@@ -400,7 +400,7 @@ class _Tape:
 def _compared(
     op: CompareOp, sides: tuple[Expr, Expr], changes: tuple[Derivatives, Derivatives]
 ) -> Callable[[int], Expr]:
-    """Return what a comparison is where argument k has grown a little: of equal sides the changes decide."""
+    """Return the value of a comparison after argument k has grown a little: for equal sides the changes decide."""
     now, tie = Compare(op, *sides), Compare("==", *sides)
 
     def ahead(k: int) -> Expr:
@@ -424,7 +424,7 @@ STEPS: Final = ("floor",)
 #: Functions whose slope may be infinite.
 STEEP: Final = ("sqrt", "log")
 
-#: From an atom, the value of the function there and what names a value to the derivative.
+#: From an atom, the value of the function there and a function that names a value, to the derivative.
 SLOPES: Final[Mapping[str, Callable[[Expr, Expr, Callable[[Expr], Expr]], Expr]]] = {
     "sqrt": lambda x, value, let: let(Number(0.5) / value),
     "exp": lambda x, value, let: value,

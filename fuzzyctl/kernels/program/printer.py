@@ -52,7 +52,7 @@ def _library(arguments: str, name: str, st: str, *, numpy: str = "", c: str = ""
     return Primitive(arguments, numpy or name, name, c or name, st, javascript or f"Math.{name}")
 
 
-#: By name; the comment says what it computes where the name does not.
+#: By name; a comment describes the computation if the name does not.
 PRIMITIVES: Final[Mapping[str, Primitive]] = {
     # Quotient of IEEE 754: infinite or NaN for a divisor of 0.
     "divide": Primitive("a b", "divide", "a / b", "a / b", "({0} / {1})", "a / b"),
@@ -130,7 +130,7 @@ class Dialect:
         logic: Texts of `and`, `or`, `not`.
         locate: Lines that find a knot.
         nested: Whether functions are defined where they are used.
-        integral: Text of a call that integrates, from the texts of what the set depends on and of its marks.
+        integral: Text of a call that integrates, from the texts of the arguments of the set and of its marks.
         item: Text of an array item.
         divide: Text of a quotient.
         constant: Text of a number.

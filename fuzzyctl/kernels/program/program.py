@@ -54,7 +54,7 @@ class Locate:
         table: Name of the constant array of the knots.
         knots: Rising, at least one.
         stride: A positive integer.
-        wants_rest: Whether anything reads the rest; what is printed for people has no name that nothing reads.
+        wants_rest: Whether the rest is read; text for people has no unused names.
     """
 
     name: str
@@ -82,7 +82,7 @@ class Accumulate:
         count: Number of entries.
         counter: Name of the position.
         body: Assignments for each entry.
-        sums: Names of the sums with what each entry adds; they begin at 0.
+        sums: Names of the sums with the summands of each entry; they begin at 0.
     """
 
     count: int
@@ -157,7 +157,7 @@ class Quadrature:
     Args:
         found: Name of the result: the first moment about 0, or the place up to which the area is half.
         area: Name of the area.
-        kind: Name of the function: `moments`, `half`, or `jumps`, which finds what jumps add to the derivatives of
+        kind: Name of the function: `moments`, `half`, or `jumps`, which finds the parts of jumps in the derivatives of
             moment and area.
         x: Name of the place.
         body: Statements for each place.

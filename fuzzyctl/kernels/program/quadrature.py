@@ -77,7 +77,7 @@ ODD: Final = (
     0.024048063703228126551393266845960,
 )
 EVEN_MIDDLE: Final = -0.112929155120482406522619355511233
-#: The share of half a stretch that lies beyond its last node: what differs at the end differs there at most.
+#: The share of half a stretch that lies beyond its last node: a difference at the end is at most there.
 BEYOND: Final = 1.0 - NODES[0]
 
 #: A stretch is halved while its error is more than both of these parts: of the whole area, and of its own.
@@ -184,7 +184,7 @@ def summed(
     Args:
         function: The set.
         places: Where it is cut, at least two.
-        given: What it depends on besides the place.
+        given: Its arguments besides the place.
         allowed: Error up to which a stretch is not halved.
         bound: An area; NOWHERE for all stretches.
 
@@ -248,7 +248,7 @@ def speed(here: tuple[float, ...], there: tuple[float, ...]) -> float:
 def jumps(
     function: SetFunction, crossing: CrossingFunction, places: Sequence[float], given: Given
 ) -> tuple[float, float]:
-    """Return what jumps of a set that move add to the derivatives of moment and area.
+    """Return the parts of moving jumps of a set in the derivatives of moment and area.
 
     Stretches are halved while the set is not smooth, and besides while something jumps between their ends, which takes
     none of the stretches of the other: noise of degrees on the left leaves those that jumps on the right need.

@@ -1,6 +1,6 @@
 """Scalar Python functions from expressions, and the functions that printed programs call.
 
-The only text that is ever executed is what the printer makes of a program, in which every name is a generated one.
+The only text that is ever executed is the printed one of a program, in which every name is a generated one.
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ def as_number(value: object, what: str = "an input") -> float:
         ArgumentError: For anything else, arrays included.
     """
     if isinstance(value, Real) or getattr(value, "shape", None) == ():
-        return float(value)  # type: ignore[arg-type]  # what has an empty shape is an array of one number
+        return float(value)  # type: ignore[arg-type]  # an empty shape is that of an array of one number
     arrays = "; kernel.batch takes arrays" if hasattr(value, "__len__") and not isinstance(value, str) else ""
     raise ArgumentError(f"{what} must be a real number, got {type(value).__name__}{arrays}")
 
@@ -167,7 +167,7 @@ def _ieee(function: Callable[..., float]) -> Callable[..., float]:
     return safe
 
 
-#: What generated text may call, and nothing else: `__builtins__` holds only what its loops need.
+#: The only names that generated text may call: `__builtins__` holds only those of its loops.
 RUNTIME: Final[Mapping[str, Any]] = {
     "moments": quadrature.moments,
     "half": quadrature.half,

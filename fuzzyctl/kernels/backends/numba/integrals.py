@@ -50,7 +50,7 @@ _NUMBERED: Final = re.compile(r"(?<![A-Za-z0-9])[A-Za-z]\d+(?![A-Za-z0-9])")
 
 
 def integrals_lines(statements: Iterable[Quadrature], tables: Iterable[str]) -> Iterator[str]:
-    """Yield what integrates some sets; a set that is another one under other names, as in a second call, is that one.
+    """Yield the functions that integrate some sets; sets that differ in names only, as in a second call, share one.
 
     Args:
         statements: The integrals of a program.

@@ -156,7 +156,7 @@ def evaluation_source(program: Program, numbers: Numbers | None = None) -> str:
     """Return the text of a module with the compiled function `kernel(x0, ..., C)`.
 
     Args:
-        program: What it computes.
+        program: Its computation.
         numbers: Receives the program's numbers, to which the function then takes a pointer as a last argument; None to
             have them in the text.
     """
@@ -337,7 +337,7 @@ _COMPILING: Final = threading.RLock()
 
 @cache
 def _own_version() -> str:
-    """Return what tells versions of this package apart, and of what generated modules import from it."""
+    """Return a text that differs between versions of this package and of the modules that generated ones import."""
     try:
         release = version("fuzzyctl")
     except PackageNotFoundError:

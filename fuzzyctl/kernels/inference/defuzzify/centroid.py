@@ -179,7 +179,7 @@ def is_handover(piece: Piece) -> bool:
 def handover(builder: Builder, a: Expr, b: Expr) -> Moments:
     """Integrate max(min(a, 1 - t), min(b, t)) over [0, 1], in closed form.
 
-    Both sets reach up to m = min(a, b, 1/2) together. What rises above m on either side does not overlap, so with
+    Both sets reach up to m = min(a, b, 1/2) together. The parts above m on either side do not overlap, so with
     ∫ min(s, t) dt = s - s²/2 the area is a + b - m - (a² + b²)/2 + m², and the moment about the left end
     (a + b - m - a² + m²)/2 + (a³ - b³)/6: the cubes of m cancel.
     """

@@ -31,7 +31,7 @@ _HALVINGS: Final = 54
 _PATIENCE: Final = 10
 _LONGEST_RUN: Final = 16
 _MOST_UNDECIDED: Final = 2048
-#: What is given up is still known well enough where it is so narrow, or where degrees differ by so little.
+#: An undecided part is still known well enough if it is so narrow, or if degrees differ by so little.
 _NARROW: Final = 1e-12
 _LEVEL: Final = 1e-13
 #: Largest number of turning points of a hedge, and of locations of a term.
@@ -49,7 +49,7 @@ _KEPT: Final = 1000
 
 @record(frozen=True)
 class _Part:
-    """An interval of degrees: the sign of the slope of a hedge, NaN where it is undecided, and what its values are."""
+    """An interval of degrees: the sign of the slope of a hedge, NaN if it is undecided, and the range of its values."""
 
     start: float
     end: float
@@ -207,13 +207,13 @@ def _runs(parts: Sequence[_Part]) -> list[list[_Part]]:
 
 
 def _is_known(run: Sequence[_Part]) -> bool:
-    """Return whether what is undecided is too little to matter."""
+    """Return whether the undecided part is too small to matter."""
     is_narrow = run[-1].end - run[0].start <= _NARROW
     return is_narrow or max(p.most for p in run) - min(p.least for p in run) <= _LEVEL
 
 
 def _turns(parts: Sequence[_Part]) -> tuple[float, ...]:
-    """Return where the sign of the slope changes, and where what lies undecided between known parts begins and ends."""
+    """Return where the sign of the slope changes, and the ends of undecided parts between known ones."""
     turns: list[float] = []
     last, sign = 0.0, math.nan
     for part in [*parts, _Part(1.0, 1.0, math.nan, 0.0, 0.0)]:

@@ -115,7 +115,7 @@ def _held(
 ) -> tuple[Expr, Expr]:
     """Hold a value within a hull where some rule fires.
 
-    Quotients of rounded (or denormal) sums may leave the hull of what is averaged, and proved bounds are bounds of the
+    Quotients of rounded (or denormal) sums may leave the hull of their operands, and proved bounds are bounds of the
     numbers returned. NaN stays NaN.
     """
     value = builder.let(clip(builder.let(Where(fires, quotient, otherwise)), *hull))
@@ -180,7 +180,7 @@ def _otherwise(output: OutputPlan) -> Number:
 
 
 def with_zero(builder: Builder, hull: Hull) -> Hull:
-    """Return what quotients lie within whose parts are divided by more than their sum."""
+    """Return the bounds of quotients whose parts are divided by more than their sum."""
     low, high = hull
     if isinstance(low, float) and isinstance(high, float):
         return min(low, 0.0), max(high, 0.0)
@@ -272,7 +272,7 @@ def _stretches(output: OutputPlan, term: SetPlan) -> list[tuple[float, float]]:
     if term.vertices:
         return [(x0, x1) for (x0, y0), (x1, y1) in pairwise(_whole(term.vertices)) if max(y0, y1) > 0.0]
     places = sorted({output.lower, *term.pieces, output.upper})
-    # A formula is above 0 all over a stretch, or nowhere but for what rounds to 0 far from its middle.
+    # A formula is above 0 all over a stretch, or nowhere, except for values that round to 0 far from its middle.
     if term.kind not in MEMBERSHIP or is_endless(term.kind) or term.changes:
         return list(pairwise(places))
     degree = scalar_function(term.degree(Name("x")))
