@@ -1,1 +1,1 @@
-"""What an editor asks of rule files: symbols, completion, hover, fixes; answers are offsets and texts, no protocol."""
+"""Answers on rule files for editors: symbols, completion, hover, fixes, as offsets and texts without a protocol."""

@@ -24,7 +24,7 @@ class Action:
     """A change that is offered.
 
     Args:
-        title: What it does.
+        title: A title for the user.
         replacements: The change.
         rewrites: Whether the file means the same afterwards.
     """
@@ -35,7 +35,7 @@ class Action:
 
 
 def actions(document: Document, offset: int) -> list[Action]:
-    """Return what can be written at an offset besides repairs of mistakes."""
+    """Return the changes that are possible at an offset besides repairs of mistakes."""
     statement = _statement_at(document, offset)
     offers: Iterator[Action] = iter(())
     if isinstance(statement, sx.Table) and not statement.csv:
@@ -58,7 +58,7 @@ def repairs(found: Sequence[Diagnostic], first: int, last: int) -> list[Diagnost
 
 
 def repair_title(d: Diagnostic) -> str:
-    """Return what the repair of a diagnostic is called."""
+    """Return the title of the repair of a diagnostic."""
     return d.help.split("\n")[0] if d.help else f"repair: {d.message}"
 
 

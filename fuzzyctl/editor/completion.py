@@ -38,11 +38,11 @@ class Item:
     """One proposal.
 
     Args:
-        label: What is put in, and shown.
+        label: The text to insert, and to show.
         kind: Kind of the symbol or word.
-        detail: Its form, or what it belongs to.
-        what: What it means; may be empty.
-        snippet: What is put in by editors that know placeholders, such as `${1:name}`; empty for the label.
+        detail: Its form, or its owner.
+        what: Its meaning; may be empty.
+        snippet: The text to insert for editors that know placeholders, such as `${1:name}`; empty for the label.
     """
 
     label: str
@@ -54,7 +54,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Completion:
-    """Proposals and what they replace.
+    """Proposals and the text that they replace.
 
     Args:
         items: Most likely first.
@@ -78,7 +78,7 @@ class _Place:
 
 
 def complete(document: Document, offset: int) -> Completion:
-    """Return what may stand at an offset; nothing inside of comments and texts."""
+    """Return the proposals at an offset; none inside of comments and texts."""
     before = document.text_before(offset)
     begun = re.search(rf"{_WORD}$", before)
     word = begun[0] if begun is not None else ""

@@ -38,7 +38,7 @@ class Document:
         folder: Where the files stand that it uses; None for a text without a file.
         buffers: Texts that editors have not saved, by absolute path: what `use` reads in place of the files.
         characters: How many the text has where it is too large to be read, and `source` is empty; else 0.
-        verdicts: What proofs have found so far, by the offset of the line and the name of the block.
+        verdicts: The verdicts so far, by the offset of the line and the name of the block.
         bounds: Proved bounds of outputs so far, by system and output.
     """
 
@@ -98,7 +98,7 @@ class Document:
 
     @cached_property
     def mistakes(self) -> list[Diagnostic]:
-        """Diagnostics without proofs, by location: what can be shown at once."""
+        """Diagnostics without proofs, by location, which can be shown immediately."""
         return self.examined.reported(self.examined.diagnostics)
 
     @property
@@ -115,7 +115,7 @@ class Document:
 
     @cached_property
     def proved(self) -> list[Diagnostic]:
-        """All diagnostics, those among them that need a proof: what can be shown a moment later."""
+        """All diagnostics, also those that need a proof, which can be shown a moment later."""
         from fuzzyctl.analysis.check import check_examined
 
         return check_examined(self.examined)[1]
@@ -140,5 +140,5 @@ class Document:
         return found
 
     def text_before(self, offset: int) -> str:
-        """Return what stands before an offset on its line."""
+        """Return the text before an offset on its line."""
         return self.text[self.text.rfind("\n", 0, offset) + 1 : offset]

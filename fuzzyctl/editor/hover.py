@@ -29,7 +29,7 @@ _UNIT: Final = re.compile(r'\s+unit\s*"[^"]*"\s*$')
 
 @dataclass(frozen=True)
 class Hint:
-    """A text shown behind an offset, and what it means."""
+    """A text shown after an offset, and its meaning."""
 
     offset: int
     text: str
@@ -73,7 +73,7 @@ def _computed(block: Block, statements: _Statements) -> Iterator[Hint]:
 
 
 def _operations(expression: ex.Expr) -> Iterator[ex.Expr]:
-    """Yield what makes an expression more than a number with its sign."""
+    """Yield the parts of an expression that make it more than a number with its sign."""
     return (n for n in ex.walk(expression) if not isinstance(n, ex.Number | ex.Negate))
 
 
@@ -173,7 +173,7 @@ class Hover:
 
 
 def hover(document: Document, offset: int) -> Hover | None:
-    """Return what is known of the word at an offset; None for nothing."""
+    """Return the facts of the word at an offset, or None."""
     name = symbol_at(document, offset)
     if name is not None:
         return Hover("\n\n".join(_of_symbol(document, name[1])), name[0])

@@ -24,7 +24,7 @@ FIRST: Final = 0.3
 LAST: Final = 10.0
 #: Which verdict counts where several systems share a line.
 _ORDER: Final = (Proved, Undecided, Refuted)
-#: What is said of a guarantee before any proof.
+#: The text of a guarantee before any proof.
 _OPEN: Final = Undecided("", "")
 
 
@@ -34,7 +34,7 @@ class StoppedError(Exception):
 
 @dataclass(frozen=True)
 class Light:
-    """What is known of one `require` line.
+    """The verdict on one `require` line.
 
     Args:
         span: The line, without its comment.
@@ -186,7 +186,7 @@ def point_text(point: Mapping[str, float]) -> str:
 
 
 def arguments(command: str, block: str, point: Mapping[str, Any], picture: str) -> Sequence[str]:
-    """Return the arguments of the command line that does what a lens says; the text comes from standard input.
+    """Return the arguments of the command line for a lens; the text comes from standard input.
 
     Args:
         command: One of `COMMANDS`.

@@ -46,7 +46,7 @@ def references(
         document: The file.
         offset: The name.
         declaration: Whether the declaration is among them.
-        others: Files that may use what is declared here.
+        others: Files that may use declarations of this one.
     """
     name = symbol_at(document, offset)
     if name is None:
@@ -107,7 +107,7 @@ def rename(document: Document, offset: int, name: str, others: Iterable[Document
 def _taken(document: Document, symbol: Symbol, name: str) -> Span | None:
     """Return where the new name is declared among those that it would be mixed up with.
 
-    What stands above all blocks is seen in each of them.
+    Declarations above all blocks are seen in each of them.
     """
     for other in document.symbols.all:
         same_kind = (other.kind == "term") == (symbol.kind == "term")
@@ -120,10 +120,10 @@ def _taken(document: Document, symbol: Symbol, name: str) -> Span | None:
 
 
 def _mixed_up(symbol: Symbol, changes: list[Replacement], documents: Iterable[Document]) -> Span | None:
-    """Return a name that is another one after some changes; None where each name stands for what it did.
+    """Return a name with another meaning after some changes; None if each name keeps its meaning.
 
     Args:
-        symbol: What gets another name.
+        symbol: The symbol to rename.
         changes: The changes of all files.
         documents: The files that may be concerned.
     """
@@ -149,7 +149,7 @@ def _mixed_up(symbol: Symbol, changes: list[Replacement], documents: Iterable[Do
 
 
 def _concerned(document: Document, changes: Iterable[Replacement]) -> str:
-    """Return a text with spaces for what stands in blocks without a change and without the new name."""
+    """Return a text with spaces in place of blocks without a change and without the new name."""
     text, own = document.text, [c for c in changes if c.span.source.name == document.source.name]
     new = re.compile(rf"\b({'|'.join({c.text for c in own})})\b")
     for start, end in _blocks(document):
@@ -222,7 +222,7 @@ def outline(document: Document) -> list[Entry]:
     inside: dict[Symbol | None, list[Symbol]] = {}
     for symbol in own:
         owner = symbol.owner
-        # What stands before the first system is common to all, and lies in none.
+        # Lines before the first system are common to all, and lie in none.
         is_inside = owner is not None and owner.whole.start <= symbol.whole.start
         inside.setdefault(owner if is_inside else None, []).append(symbol)
 
@@ -233,7 +233,7 @@ def outline(document: Document) -> list[Entry]:
 
 
 def folds(document: Document) -> Iterator[tuple[int, int]]:
-    """Yield first and last line, from 1, of what can be folded: blocks, variables with terms, tables."""
+    """Yield first and last line, from 1, of parts that can be folded: blocks, variables with terms, tables."""
     source = document.source
     heads = [s for s in document.tree.statements if isinstance(s, sx.System | sx.Head)]
     starts = [source.line_of(s.span.start) for s in heads]
@@ -259,7 +259,7 @@ def folds(document: Document) -> Iterator[tuple[int, int]]:
 
 
 def selections(document: Document, offset: int) -> list[Span]:
-    """Return what holds an offset, from small to large: word, line, statement with lines below it, block, file."""
+    """Return the parts around an offset, from small to large: word, line, statement with its lines, block, file."""
     source, text = document.source, document.text
     first = last = offset
     while first > 0 and (text[first - 1].isalnum() or text[first - 1] == "_"):

@@ -147,7 +147,7 @@ def _above(places: list[float], at: list[float], between: list[float], *, curved
 
 #: Draws one picture after the other: matplotlib's settings are those of the process.
 DRAWER: Final = ThreadPoolExecutor(1, thread_name_prefix="pictures")
-#: Points along an axis of the surface: what is drawn at every key is coarser than what `plot-surface` writes.
+#: Points along an axis of the surface, which is coarser than that of `plot-surface`, as it is drawn at every key.
 _RESOLUTION: Final = 31
 #: Width and height of a surface beside its map [inch]: in a pane, half a window, texts of a wider picture are small.
 _SIZE: Final = (8.0, 3.8)
@@ -179,7 +179,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Preview:
-    """What a pane beside the text shows.
+    """The contents of a pane beside the text.
 
     Args:
         message: Why there are no pictures, or no surface; empty where there is one.

@@ -33,14 +33,14 @@ class Protocol(LanguageServerProtocol):
 
 
 def is_of_client(error: BaseException | None) -> bool:
-    """Whether an error says what is wrong with a message, and not with the server."""
+    """Whether an error is a mistake in a message, not in the server."""
     if isinstance(error, JsonRpcInternalError):
         return False
     return isinstance(error, JsonRpcException | json.JSONDecodeError | UnicodeDecodeError)
 
 
 def log_in_lines() -> None:
-    """Write mistakes of clients, which the answer says, as one line of the log, and nothing of what is refused."""
+    """Write mistakes of clients, which the answer names, as one line of the log; do not log refused messages."""
     for name in ("pygls.protocol.json_rpc", "pygls.server"):
         logging.getLogger(name).addFilter(_in_a_line)
 

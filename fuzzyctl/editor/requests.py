@@ -98,7 +98,7 @@ def _named(span: Span, symbol: Symbol) -> Token:
 
 
 def _word(text: str, line: LogicalLine, piece: Piece) -> str:
-    """Return what a word is that names nothing; an empty text for what is not known."""
+    """Return the meaning of a word that is not a name; an empty text for an unknown one."""
     word = piece.text
     begins = not text[line.start : piece.start].strip()
     if begins and word == line.word and line.kind in ("statement", "block_statement"):
@@ -305,5 +305,5 @@ FEATURES: Final[tuple[tuple[str, Any, Any], ...]] = (
         ),
     ),
 )
-#: Each command with what runs it: an address, a block and a point are its arguments.
+#: Each command with its function, whose arguments are an address, a block and a point.
 COMMANDS: Final[dict[str, Any]] = {name: _command(name) for name in lights.COMMANDS}

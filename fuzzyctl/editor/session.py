@@ -44,9 +44,9 @@ _SEVERITIES: Final = {
     "warning": lsp.DiagnosticSeverity.Warning,
     "hint": lsp.DiagnosticSeverity.Hint,
 }
-#: The range of what concerns a whole text.
+#: The range of diagnostics on a whole text.
 _NOWHERE: Final = lsp.Range(lsp.Position(0, 0), lsp.Position(0, 0))
-#: What symbols are in outlines.
+#: The kinds of symbols in outlines.
 SYMBOL_KINDS: Final = {
     "system": lsp.SymbolKind.Module,
     "controller": lsp.SymbolKind.Class,
@@ -64,7 +64,7 @@ SYMBOL_KINDS: Final = {
 
 @dataclass(frozen=True)
 class Abilities:
-    """What the client can do beyond what all can."""
+    """The capabilities of the client beyond those of all."""
 
     snippets: bool = False
     pulls: bool = False
@@ -92,7 +92,7 @@ class FuzzyServer(LanguageServer):
 
     @property
     def knows(self) -> Abilities:
-        """What the client can do."""
+        """The capabilities of the client."""
         caps = self.client_capabilities
         text, workspace, window = caps.text_document, caps.workspace, caps.window
         item = text.completion.completion_item if text and text.completion else None
@@ -212,7 +212,7 @@ class FuzzyServer(LanguageServer):
         return self._documents.get(uri, (None, None))[1] is document
 
     def publish(self, uri: str, document: Document, *, proved: bool) -> None:
-        """Show what is known of one version of a document; a client that asks for diagnostics gets a refresh."""
+        """Show the findings on one version of a document; a client that pulls diagnostics gets a refresh."""
         version, newest = self._documents.get(uri, (None, None))
         if newest is not document:
             return
@@ -228,7 +228,7 @@ class FuzzyServer(LanguageServer):
             self.workspace_inlay_hint_refresh(None)
 
     def diagnostics(self, document: Document, *, proved: bool) -> list[lsp.Diagnostic]:
-        """Return the diagnostics of a document, and with proofs what the lights of its guarantees add."""
+        """Return the diagnostics of a document, and with proofs those of the lights of its guarantees."""
         diagnostics = [
             d
             for d in diagnostics_of(document, proved=proved)
@@ -268,7 +268,7 @@ class FuzzyServer(LanguageServer):
         )
 
     def _of_light(self, light: Light) -> lsp.Diagnostic:
-        """Return what proofs that take longer than a check say of a guarantee."""
+        """Return the verdict on a guarantee by proofs that take longer than a check."""
         is_refuted = light.state == "refuted"
         return lsp.Diagnostic(
             range=self.range(light.span),
@@ -286,7 +286,7 @@ class FuzzyServer(LanguageServer):
         )
 
     async def check(self, uri: str, *, others: bool = False) -> None:
-        """Show syntax and names of a document now, and what needs a proof once it has rested.
+        """Show mistakes of syntax and names of a document now, and findings that need a proof after a pause.
 
         Args:
             uri: The document.
@@ -319,7 +319,7 @@ class FuzzyServer(LanguageServer):
             is_open = await loop.run_in_executor(self._worker, check)
             self.publish(uri, document, proved=True)
             self._proofs_ended += 1
-            if self._proofs_ended == 1:  # it imported what proofs need
+            if self._proofs_ended == 1:  # it imported the modules of proofs
                 settle_collector()
             if is_open:
                 await loop.run_in_executor(self._worker, lambda: lights.prove(document, lights.LAST, stopped))
@@ -347,13 +347,13 @@ class FuzzyServer(LanguageServer):
 
 
 def settle_collector() -> None:
-    """Leave what is loaded now out of garbage collections, which otherwise hold answers up by 50 ms."""
+    """Leave all objects so far out of garbage collections, which otherwise delay answers by 50 ms."""
     gc.collect()
     gc.freeze()
 
 
 def _is_shown(light: Light) -> bool:
-    """Whether a light needs a diagnostic: what is proved, and what is not known yet, is no news."""
+    """Whether a light needs a diagnostic: proved and pending claims need none."""
     return light.state in ("refuted", "undecided")
 
 

@@ -18,7 +18,7 @@ from fuzzyctl.loading.assembly import split
 
 #: Words in the place of a term that are no terms.
 _NO_TERMS: Final = frozenset({"any"})
-#: What may stand before an opening parenthesis.
+#: The kinds of names that may be before an opening parenthesis.
 _CALLABLE: Final = frozenset({"system", "controller", "plant", "function", "hedge", "output"})
 
 
@@ -50,7 +50,7 @@ class Symbol:
 
     @property
     def path(self) -> tuple[tuple[str, str], ...]:
-        """Kind and name of the symbol, behind those of what it belongs to."""
+        """Kind and name of the symbol, after those of its owners."""
         return (*(self.owner.path if self.owner is not None else ()), (self.kind, self.name))
 
 
@@ -62,7 +62,7 @@ class Scope:
         outer: Names that the blocks of the file have in common.
         own: Declared names.
         terms: Terms of each variable, by the name of the variable.
-        callees: What each instance and each named call is an instance of.
+        callees: The block of each instance and each named call.
     """
 
     outer: Mapping[str, Symbol] = field(default_factory=dict)
@@ -91,7 +91,7 @@ class Symbols:
     elsewhere: list[tuple[Scope, Symbol]] = field(default_factory=list)
     #: Symbols of used files by source and offset.
     known: dict[tuple[str, int], Symbol] = field(default_factory=dict)
-    #: Scopes of the blocks by the offset at which each begins, and what each block is.
+    #: Scopes of the blocks by the offset at which each begins, and the kind of each block.
     scopes: list[tuple[int, Scope, Symbol | None]] = field(default_factory=list)
 
     @cached_property
@@ -198,7 +198,7 @@ class _Block:
     # -- declarations
 
     def declare(self, statements: Iterable[sx.Statement]) -> None:
-        """Enter all names first, since statements may use what stands below them."""
+        """Enter all names first, since statements may use later declarations."""
         for s in statements:
             match s:
                 case sx.Param(name=name):
@@ -375,7 +375,7 @@ class _Block:
             self._at(member, Span(span.source, at, at + len(member)), callee.own)
 
     def _called(self, name: str, span: Span) -> None:
-        """Look up what is called: a block of the file, a function, an output in a guarantee."""
+        """Look up a callee: a block of the file, a function, an output in a guarantee."""
         first, _, member = name.partition(".")
         for names in (self.scope.outer, self.scope.own):
             if first in names and names[first].kind in _CALLABLE:

@@ -43,7 +43,7 @@ _SNIPPETS: Final = {
     "measure": "measure ${1:name} = ${2:iae}(${3:signal}, ${4:reference})",
     "table": "table ${1:output} = ${2:rows} x ${3:columns}\n       ${4:low  high}\n  ${5:low} |  ${6:.  .}",
 }
-#: What statements mean, as docs/reference says at more length.
+#: The meanings of statements, which docs/reference describes at more length.
 _MEANINGS: Final = {
     "fz": "the version of the language; before everything else",
     "system": "begins a fuzzy system, with its title",
@@ -98,8 +98,8 @@ class LanguageWord:
         name: The word.
         kind: "keyword", "membership function", "function", "operator", "signal", "measure", "plant" or "hedge".
         form: How it is written.
-        what: What it means, one sentence; may be empty.
-        block: What it stands in: "controller", "plant", "loop", or the empty text for a system.
+        what: Its meaning, one sentence; may be empty.
+        block: The kind of its block: "controller", "plant", "loop", or the empty text for a system.
     """
 
     name: str
@@ -118,7 +118,7 @@ def memberships() -> Iterator[LanguageWord]:
 
 
 def functions(block: str) -> Iterator[LanguageWord]:
-    """Yield what an expression of a system, controller, plant or loop may call."""
+    """Yield the functions that an expression of a system, controller, plant or loop may call."""
     for name, (low, high) in ex.FUNCTIONS.items():
         names = ", ".join("xyz"[:low]) + (", ..." if high is None else "")
         yield LanguageWord(name, "function", f"{name}({names})")
@@ -154,7 +154,7 @@ def keywords(block: str) -> Iterator[LanguageWord]:
 
 
 def snippet(word: LanguageWord) -> str:
-    """Return a word with placeholders for what follows it; empty where nothing does."""
+    """Return a word with placeholders for the words after it; empty without such words."""
     if word.kind == "keyword":
         variables = _SIGNALS if word.block else _VARIABLES
         return variables.get(word.name) or _SNIPPETS.get(word.name, "")

@@ -18,10 +18,10 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.mistakes import form_of, repair, too_deep
 
-#: What a name may be made of.
+#: The characters of a name.
 NAME_RULE: Final = "a name begins with a letter or '_' and goes on with letters, digits and '_'"
 
-#: What units of time and percentages multiply a number by, as a quotient, so that 5 ms is the double nearest to 0.005.
+#: The factors of units of time and of percentages, as quotients, so that 5 ms is the double nearest to 0.005.
 _UNITS: Final = {"us": (1, 1e6), "ms": (1, 1e3), "s": (1, 1), "min": (60, 1), "h": (3600, 1), "%": (1, 100)}
 
 _Tree = TypeVar("_Tree", ex.Expr, sx.Truth)
@@ -29,7 +29,7 @@ _Tree = TypeVar("_Tree", ex.Expr, sx.Truth)
 
 @v_args(inline=True)
 class Builder(Transformer[Token, Any]):
-    """Turns what the grammar recognises into syntax nodes, bottom-up and without recursion."""
+    """Turns the matches of the grammar into syntax nodes, bottom-up and without recursion."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -60,7 +60,7 @@ class Builder(Transformer[Token, Any]):
         return sx.Word(text, self._at(token))
 
     def _float(self, token: Token) -> float:
-        """Read a number; what a double cannot hold is a mistake, not an infinity or a zero."""
+        """Read a number; one that a double cannot hold is a mistake, not an infinity or a zero."""
         value = float(token)
         lost = value == 0.0 and any(c in "123456789" for c in token.lower().split("e")[0])
         if value == float("inf") or lost:
@@ -78,7 +78,7 @@ class Builder(Transformer[Token, Any]):
         return value
 
     def _bounded(self, root: _Tree) -> _Tree:
-        """Refuse an expression or antecedent nested too deeply for what reads it later; without recursion."""
+        """Refuse an expression or antecedent nested too deeply for later readers; without recursion."""
         stack, deepest = [(root, 1)], 1
         while stack:
             node, depth = stack.pop()

@@ -14,7 +14,7 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.parser import MAX_MISTAKES, parse_line
 
-#: What a CSV file must look like: the help of one that does not.
+#: The form of a CSV file: the help on one of another form.
 CSV_FORM: Final = (
     "the first line holds a field for the corner and the terms of the columns, each further line a term and its cells; "
     "a one-way table has one further line, which begins with an empty field"

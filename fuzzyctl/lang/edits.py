@@ -31,7 +31,7 @@ class Edit:
         end: Offset after the last one; `start` for an insertion.
         text: The replacement.
         why: The rule of the language behind it, without a full stop.
-        sure: Whether it gives what was meant, where the line can be read after it.
+        sure: Whether it gives the intended text, if the line can be read after it.
     """
 
     start: int
@@ -104,7 +104,7 @@ class Declared:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What a repair may know of the file around its line.
+    """The facts of the file around a line that a repair may use.
 
     Args:
         declared: The names that the whole text declares.
@@ -144,7 +144,7 @@ def row(
         new: The replacement, with `{1}` for the first group, one for each named group, or a function of all groups.
         why: The rule of the language behind it.
         heads: First words of the lines that it concerns; all lines if empty.
-        sure: Whether the replacement is what was meant.
+        sure: Whether the replacement is the intended text.
     """
     form = re.compile(pattern, re.IGNORECASE | re.MULTILINE)
     words = frozenset(heads.split())
@@ -203,8 +203,8 @@ class Draft:
     Args:
         text: Its text so far.
         origin: For each of its characters, and for its end, the offset in the original text.
-        ends: For each of its characters the offset in the original after what it stands for.
-        edits: What has been changed, by offsets in the original.
+        ends: For each of its characters the offset after its place in the original.
+        edits: The changes, by offsets in the original.
     """
 
     text: str
@@ -224,7 +224,7 @@ class Draft:
             inserted = {at for at, stop in zip(origin[start:end], ends[start:end], strict=True) if at == stop}
             before = [d for d in done if _is_replaced(d, first, last, inserted)]
             done = [d for d in done if d not in before]
-            # What is changed inside of a larger edit is a part of that.
+            # A change inside of a larger edit is a part of that.
             why = before[0].why if before and (start, end) != (e.start, e.end) else e.why
             done.append(Edit(first, max(first, last), new, why, e.sure and all(d.sure for d in before)))
             text = text[:start] + new + text[end:]
@@ -240,7 +240,7 @@ class Draft:
         return code, Draft(self.text[at:], self.origin[at:], self.ends[at:])
 
     def followed_by(self, rest: Draft) -> Draft:
-        """Return the line with what is behind it."""
+        """Return the line with the text after it."""
         return Draft(self.text + rest.text, self.origin[:-1] + rest.origin, self.ends + rest.ends, self.edits)
 
     def repaired_by(self, repair: Repair, around: Surroundings) -> Draft:

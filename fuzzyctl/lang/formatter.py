@@ -1,6 +1,6 @@
 """Formatter of rule files: spacing, indentation and columns; tokens stay.
 
-The layout is made of the tokens as typed, so that numbers, parentheses and comments stay what they were.
+The layout is made of the tokens as typed, so that numbers, parentheses and comments stay as they are.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def format_source(source: SourceText) -> str:
     """Return the canonical layout of a rule file.
 
     Args:
-        source: A text whose lines can all be parsed; what cannot is left as it is.
+        source: A text; lines that cannot be parsed are left as they are.
 
     Returns:
         The text, ending with one line feed; formatting it again changes nothing.

@@ -44,7 +44,7 @@ _SIGNS: Final[dict[str, tuple[str, ...]]] = {
 #: Lengths of the tokens of terminals that are shorter than a sign.
 _SHORT: Final = {"EQUAL": 1, "DOT": 1}
 
-#: What may follow a number that has no unit.
+#: The text that may follow a number without a unit.
 _ENDS: Final = re.compile(r"(?![\w.])")
 
 _STARTS: Final = ("statement", "block_statement", "term_line", "header", "row", "label", "cell")
@@ -60,7 +60,7 @@ def grammar_text() -> str:
 
 
 def key() -> str:
-    """Return what tables belong to: the version of lark, and a checksum of the grammar with its start symbols."""
+    """Return the key of tables: the version of lark, and a checksum of the grammar with its start symbols."""
     return f"{lark.__version__} {zlib.crc32((grammar_text() + ' '.join(_STARTS)).encode()):08x}"
 
 
@@ -182,7 +182,7 @@ def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[A
 
 
 def read_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, int]:
-    """Parse one line without saying what is wrong: the node, None when it cannot be read, and where reading stops."""
+    """Parse one line without a diagnostic: the node, None when it cannot be read, and where reading stops."""
     machine, builder = _machine()
     with _LOCK:
         builder.begin(source, line)

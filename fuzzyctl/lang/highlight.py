@@ -85,7 +85,7 @@ DECLARATIONS: Final = (
     "system",
 )
 
-#: What a piece of text is: its scope in a TextMate grammar, and its token in Pygments.
+#: The kind of a piece of text: its scope in a TextMate grammar, and its token in Pygments.
 TOKENS: Final[dict[str, Any]] = {
     "comment.line.number-sign.fz": Comment.Single,
     "string.quoted.double.fz": String.Double,
@@ -114,7 +114,7 @@ _STATEMENT = r"\b(?![ \t]*[=|])"
 
 _CALLED = (*MEMBERSHIP, *FUNCTIONS, *CONSEQUENTS, *FALLBACKS, *OPERATORS, *CONTROLLER_FUNCTIONS, *LOOP_FUNCTIONS)
 
-#: Each pattern with what it marks: one scope for the whole, or one for each group, which then cover all of it.
+#: Each pattern with its scopes: one for the whole match, or one for each group, which then cover all of it.
 PATTERNS: Final[tuple[tuple[str, str | tuple[str, ...]], ...]] = (
     (r"#[^\n]*", _COMMENT),
     (r'"[^"\n]*"', _STRING),

@@ -19,10 +19,10 @@ from fuzzyctl.records import dataclass, record
 
 #: A number without its sign.
 NUMBER: Final = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-#: What may follow a number behind a blank: a unit of time, or a percent sign.
+#: The text that may follow a number after a blank: a unit of time, or a percent sign.
 _UNIT: Final = r"[ \t]*(?:%|(?:us|ms|s|min|h)(?!\w))"
 
-#: Kinds of tokens are the names of the groups. A number runs into no letters; what is no token is a character.
+#: Kinds of tokens are the names of the groups. A number runs into no letters; any other character is a token.
 TOKEN: Final = re.compile(
     rf'(?P<blank>\n|[ \t\r]+)|(?P<name>{NAME})|(?P<number>{NUMBER}(?:(?![\w.])|(?={_UNIT})))|(?P<text>"[^"\n]*"?)'
     r"|(?P<sign><=|>=|==|!=|[-+*/^()\[\],=<>@|.:×])|(?P<comment>#[^\n]*)|(?P<character>.)",
@@ -120,7 +120,7 @@ class LogicalLine:
         comment: The trailing comment with its `#`, or an empty string.
         kind: How to parse it.
         word: Its first word, or an empty string.
-        mistake: What is wrong with its parentheses or strings, found while splitting.
+        mistake: The mistake in its parentheses or strings, from splitting.
         closed: Whether it is a statement that ends with a string, such as a table from a file: no header follows.
         in_block: The first word of the controller, plant or loop that it belongs to; empty for none.
     """

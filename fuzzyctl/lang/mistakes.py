@@ -86,13 +86,13 @@ FORMS: Final[dict[str, str]] = {
     "deny": 'deny FZ208 "reason"',
 }
 
-#: How what nests too deeply can be split, by what it is.
+#: How a part that nests too deeply can be split, by its kind.
 _SPLIT: Final[dict[str, str]] = {
     "antecedent": "split it: let other rules set an output from some of the inputs, and read that output here",
     "expression": "split it: give parts a name with 'let', or with 'param' where no input is read",
 }
 
-#: How a system writes what controllers write as `let NAME = EXPRESSION`.
+#: The form in a system of `let NAME = EXPRESSION` of controllers.
 LET_FORM: Final = 'let NAME "label" in [low, high] unit "..." = EXPRESSION; label, range and unit may be left out'
 
 #: How the statements of controllers, plants and loops are written where systems have none or another form.
@@ -175,7 +175,7 @@ _NO_TERM: Final = r"\bis\s+(and|or|then|\))(?!\w)"
 _GOES_ON: Final = rf"\s*(and|or)\s+(?:if\b|not\b|\(|{NAME}\s+is\b)"
 #: A comparison with a number in a condition.
 _COMPARED: Final = r"(?<![-=<>])([<>]=?)\s*+([-+]?[\d.]++)"
-#: What is found where the weight of a rule is expected.
+#: The text in the place of the weight of a rule.
 _NEAR_WEIGHT: Final = rf"(?<!\w)((?>{NAME}))\s++[-+]?(?:\.?\d\S*+|\([^()]*+\))\s*+(?:#.*)?$"
 
 
@@ -277,7 +277,7 @@ def capital_keyword(word: str, place: Span, code: str = "FZ102") -> Diagnostic:
 
 
 def _expected(error: UnexpectedToken) -> str:
-    """List what may stand at the place, most telling first; operators that may always follow are left out."""
+    """List the words that may be at the place, most useful first; operators that may always follow are left out."""
     accepted = set(error.accepts or error.expected or ()) - {"MEMBER", "COLON"}
     if "NUMBER" in accepted:  # lists and texts are arguments of a few functions only
         accepted -= {"LSQB", "STRING"}

@@ -173,7 +173,7 @@ class _Assembler:
         is_term = line.kind == "term_line" and line.code(self.source).endswith(")")
         what = headless(self.source, line, below) if line.kind in ("unknown", "term_line") and not is_term else ""
         if what == "header" and self.block == "table":
-            # Rows below a table from a file: what is wrong with that is said where the file is read.
+            # Rows below a table from a file are reported where the file is read.
             self._take_below(dataclasses.replace(line, kind="header"))
         elif what and (self.block != "broken" or what == "variable") and line.mistake is None:
             self._headless(line, what)
@@ -202,7 +202,7 @@ class _Assembler:
             meant = half_typed(line.word, keywords) if line.word else None
             if meant is not None:
                 self.unread.add(meant)
-                # What one letter begins may be any of them.
+                # A line that begins with one letter may be any of them.
                 named = keywords if len(line.word) < 3 else (meant,)
                 self.nameless.update(named if code.strip() == line.word else ())
         if node is None or self.headless:
@@ -319,7 +319,7 @@ class _Assembler:
         return node
 
     def _count(self, line: LogicalLine) -> None:
-        """Count what takes long to read."""
+        """Count the words that take long to read."""
         self.equations += bool(line.in_block) or line.word == "let"
         if self.equations > MAX_EQUATIONS:
             raise _TooMuchError(f"more than {MAX_EQUATIONS:,} lines of controllers, plants, loops and lets")

@@ -38,7 +38,7 @@ class Reading:
 
     Args:
         stops: Says where reading a line stops.
-        kind: What the line is, where that cannot be seen from the line alone.
+        kind: The kind of the line, if the line alone does not show it.
         in_block: The first word of the controller, plant or loop that it belongs to; empty for none.
     """
 
@@ -62,14 +62,14 @@ class Reading:
 
 
 def kind_of(line: LogicalLine, around: Surroundings) -> LineKind:
-    """Return what a line is meant to be: a header with bars is none by its form, a row is known by its bar."""
+    """Return the intended kind of a line: a header with bars is malformed, and a row is known by its bar."""
     if around.block == "table" and around.is_first and line.kind == "row":
         return "header"
     return "block_statement" if line.in_block and line.kind == "unknown" else line.kind
 
 
 def repaired_line(draft: Draft, around: Surroundings, reading: Reading) -> tuple[Draft, bool]:
-    """Return a line after repairs that know what was meant, and whether it can be read then.
+    """Return a line after sure repairs, and whether it can be read then.
 
     Edits of characters that no valid line holds are kept in any case.
     """
@@ -120,7 +120,7 @@ def _after(draft: Draft, repairs: list[Repair], around: Surroundings) -> Draft:
     return draft
 
 
-#: Largest number of rounds of reading a file again; each round reveals what the repairs of the previous one uncovered.
+#: Largest number of rounds of reading a file again; each round shows mistakes that the previous one uncovered.
 _ROUNDS: Final = 4
 
 #: Characters that are read in all rounds together; a longer text is repaired in one.
@@ -136,9 +136,9 @@ _LAST_WORD: Final = re.compile(rf"{sx.NAME}\Z")
 #: Longer chains of `else if` are not repaired.
 _CHAIN: Final = 10
 
-#: What is read of a text: the tree, the mistakes, and those of lines that only other tools write so.
+#: The result of reading a text: the tree, the mistakes, and those of lines in the form of other tools.
 Found = tuple[sx.SyntaxTree, list[Diagnostic], list[Diagnostic]]
-#: What reads a text.
+#: Reads a text.
 Read = Callable[[SourceText], Found]
 
 
@@ -147,7 +147,7 @@ def recover(source: SourceText, found: Found, read: Read, stops: Stops) -> tuple
 
     Args:
         source: The text.
-        found: What was read of it.
+        found: The parts that were read of it.
         read: Reads a whole text.
         stops: Says where reading one line stops.
 
@@ -180,7 +180,7 @@ def _half_typed(source: SourceText, reports: Iterable[Diagnostic]) -> set[str]:
 
 
 def _joined(source: SourceText, reports: Iterable[Diagnostic], mistakes: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return all diagnostics in order; what is left to report of a repaired line becomes a fact of its report."""
+    """Return all diagnostics in order; other mistakes of a repaired line become facts of its report."""
     by_line = {d.span.line: d for d in reports if d.span is not None}
     rest = []
     for d in mistakes:
@@ -200,7 +200,7 @@ def _repaired(
     stops: Stops,
     reports: dict[int, Diagnostic],
 ) -> RepairedText | None:
-    """Return a text after one round of repairs and enter what is reported of them; None where nothing changes."""
+    """Return a text after one round of repairs and enter their reports; None without a change."""
     size = len(text.text)
     origin = text.origin if isinstance(text, RepairedText) else range(size + 1)
     ends = text.ends if isinstance(text, RepairedText) else range(1, size + 1)
@@ -253,7 +253,7 @@ def _touches_other_lines(d: Diagnostic) -> bool:
 def _surrounded(
     text: str, lines: Sequence[LogicalLine], wanted: Container[int]
 ) -> Iterator[tuple[int, LogicalLine, Surroundings]]:
-    """Yield the lines of some numbers, each with what is above it; lines above are read once for all of them."""
+    """Yield the lines of some numbers, each with those above it; lines above are read once for all of them."""
     declared = Declared(text)
     chain: tuple[str, ...] = ()
     statement, is_first = "", False
@@ -303,7 +303,7 @@ def _report(source: SourceText, draft: Draft, first: Diagnostic, *, whole: bool)
     help_text = line if whole else _instruction(source, lead)
     fix = _fix(source, edits) if whole else None
     if whole and first.code in ("FZ103", "FZ104", "FZ109") and lead.why != COMMENT and len({e.why for e in edits}) == 1:
-        # What is not closed is named as it was before the repair, which may be anywhere behind it.
+        # An open part is named as it was before the repair, which may be anywhere after it.
         return dataclasses.replace(in_original(first), facts=(*first.facts, *facts), help=help_text, fix=fix)
     message = f"{_found(source, lead)}: {lead.why}"
     old = source.text[lead.start : lead.end]

@@ -1,8 +1,8 @@
-"""Repairs of lines as one table: a pattern, what comes in its place, the reason, and whether it is sure.
+"""Repairs of lines as one table: a pattern, its replacement, the reason, and whether it is sure.
 
-Most are notations of MATLAB, fuzzylite, FCL, C, spreadsheets and papers. What a repair gives is seen by reading the
+Most are notations of MATLAB, fuzzylite, FCL, C, spreadsheets and papers. The effect of a repair is seen by reading the
 line again, see `lang/recovery.py`. Patterns are matched without regard to case, against a line whose texts and comments
-are masked. What is replaced is the named group that has matched, or the whole match.
+are masked. The named group that has matched is replaced, or the whole match.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _EXPRESSIONS: Final = re.compile(
     re.IGNORECASE,
 )
 _OPERATION: Final = re.compile(r"\s*(?:[-+*/^%<>=!,#\d()\]]|(?:unit|within|when|and|or)\b)")
-#: What begins with a number and is a text, such as `3 points` and `1st`.
+#: Texts that begin with a number, such as `3 points` and `1st`.
 _NUMBERED: Final = re.compile(r"\s*\d+(?:(?:st|nd|rd|th)\b|\s+(?!(?:unit|within|when|and|or)\b)[^\W\d])")
 
 
@@ -104,7 +104,7 @@ def _bare_term(groups: list[str], around: Surroundings) -> str | None:
     return None if groups[3] in numbers else f"{groups[2]} {groups[3]}".strip()
 
 
-#: Repairs of what no valid line holds: they are kept in any case.
+#: Repairs of texts that no valid line holds: they are kept in any case.
 CHARACTERS: Final[tuple[Repair, ...]] = (
     _comments,
     _characters,
@@ -205,7 +205,7 @@ def _slips(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
 
 
 def _unclosed(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
-    """Close what is open at the end of a line: texts, parentheses and brackets."""
+    """Close texts, parentheses and brackets that are open at the end of a line."""
     line = code.rstrip()
     if code.count('"') % 2:
         yield Edit(len(line), len(line), '"', "a text is closed on its line", sure=False)

@@ -288,7 +288,7 @@ class HedgedTerm(Node):
     span: Span
 
 
-#: What is a consequent in a rule; an expression is a constant.
+#: The consequents of a rule; an expression is a constant.
 ConsequentTerm = Word | Expr | FunctionTerm
 
 
@@ -304,7 +304,7 @@ class Variable(Statement):
     terms: tuple[TermLine | TermsLine, ...] = ()
     #: Some line below could not be read, so that missing terms are no mistake of their own.
     incomplete: bool = False
-    #: What an `output` or a `let` is, in place of rules.
+    #: The value of an `output` or a `let` without rules.
     value: Expr | None = None
     #: Whether a `let` has a range.
     ranged: bool = True
@@ -348,7 +348,7 @@ class RowLine(Statement):
 class Table(Statement):
     """`table OUT = ROWS x COLUMNS` with header and rows; `second` is None for `table OUT = INPUT`.
 
-    `csv` names a file that holds header and rows; `condition` is what a `with` line above the table says; `scale`
+    `csv` names a file that holds header and rows; `condition` is that of a `with` line above the table; `scale`
     multiplies the numbers of its cells. A label of a row or a column may be a number, as text.
     """
 
