@@ -69,8 +69,8 @@ def _rounded(system: FuzzySystem, output: OutputPlan, work: Work) -> Iterator[Di
     if facts:
         more = (f"and that of {len(facts) - _MOST_SHOWN} others",) if len(facts) > _MOST_SHOWN else ()
         help_ = "avoid hedges with an infinite slope, such as that of sqrt(1 - x) at 1, or write 'allow FZ409'"
-        shown = (*facts[:_MOST_SHOWN], *more)
-        yield Diagnostic("FZ409", _message(output), areas[facts[0]][1], "warning", shown, help_)
+        notes = (*facts[:_MOST_SHOWN], *more)
+        yield Diagnostic("FZ409", _message(output), areas[facts[0]][1], "warning", notes, help_)
 
 
 def _message(output: OutputPlan) -> str:

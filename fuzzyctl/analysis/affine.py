@@ -96,8 +96,8 @@ class Reader:
         self.here = [tuple(Line(i, Fraction(1), Fraction(0)) for i in range(len(system.inputs)))]
         for s, other in enumerate(system.compared, start=1):
             self.outputs |= {f"{other.name}.{o.name}": (s, i) for i, o in enumerate(other.outputs)}
-            own = [self.inputs[v.name] for v in other.inputs if v.name in self.inputs]
-            self.here.append(tuple(Line(i, Fraction(1), Fraction(0)) for i in own))
+            positions = [self.inputs[v.name] for v in other.inputs if v.name in self.inputs]
+            self.here.append(tuple(Line(i, Fraction(1), Fraction(0)) for i in positions))
 
     def read(self, expr: Expr) -> Affine | None:
         """Return an expression as a sum, None if it is not one."""

@@ -157,8 +157,8 @@ def _is_computed(output: OutputPlan) -> bool:
 def _beyond(declared: Output, output: OutputPlan, low: float, high: float) -> Diagnostic:
     width = output.upper - output.lower
     ends = ", ".join(f"{0.0 if abs(e) < 1e-9 * width else e:.6g}" for e in (low, high))  # without margins of rounding
-    own = f"its range [{output.lower:.6g}, {output.upper:.6g}]"
-    message = f"output '{output.name}' is proved to lie within [{ends}], and may leave {own}"
+    limits = f"its range [{output.lower:.6g}, {output.upper:.6g}]"
+    message = f"output '{output.name}' is proved to lie within [{ends}], and may leave {limits}"
     help_text = f"write 'output {output.name} ... clamp', or widen the range; where it is meant, write 'allow FZ408'"
     return Diagnostic("FZ408", message, declared.span, "hint", (), help_text)
 
@@ -277,21 +277,21 @@ def _ends(
         return _sum_ends(flat, output, activations)
     planned, box = [e.term for e in output.implied if flat.rules[e.rule].weight > 0.0], _box(flat)
     # Kernels hold their results within the hull of all rules; with functions of the inputs, of the rules that fire.
-    held = _hull(output, planned, box)
-    wanted = _hull(output, terms, box) if terms and terms != planned else held
+    envelope = _hull(output, planned, box)
+    wanted = _hull(output, terms, box) if terms and terms != planned else envelope
     if any(output.terms[t].reads_inputs and output.terms[t].reach is None for t in planned):
-        held = wanted
+        envelope = wanted
     if output.total != "activations":
-        wanted = held = hull([held, (0.0, 0.0)])
+        wanted = envelope = hull([envelope, (0.0, 0.0)])
     margin = _rounding(output, terms)
     ends: list[_End] = []
     for k, sign in enumerate((-1.0, 1.0)):
         value = wanted[k]
-        if value != held[k]:
+        if value != envelope[k]:
             # Within the hull of the rules that can fire the quotient is only held by rounding errors, which are small
             # where activations are not tiny, that is where coverage is proved.
             sure = covered and not _may_choose_tiny(flat)
-            value = sign * min(sign * value + margin, sign * held[k]) if sure else held[k]
+            value = sign * min(sign * value + margin, sign * envelope[k]) if sure else envelope[k]
         ends.append(_End(value, _span_of_end(declared, output, terms, wanted[k])))
     return ends[0], ends[1]
 
@@ -310,9 +310,9 @@ def _rounding(output: OutputPlan, terms: Sequence[int]) -> float:
     if output.over_rules:
         count, values = len(output.implied), [abs(end) for end in consequent_hull(output, terms)]
     else:
-        own = [output.terms[e.term] for e in output.implied]
-        pieces = 64 * (len(output.terms) + 1) ** 2 if closed_form(output, own) else 15 * MOST
-        count = (output.resolution or pieces) * (len(own) + 1 if output.rule == "polygon" else 1)
+        sets = [output.terms[e.term] for e in output.implied]
+        pieces = 64 * (len(output.terms) + 1) ** 2 if closed_form(output, sets) else 15 * MOST
+        count = (output.resolution or pieces) * (len(sets) + 1 if output.rule == "polygon" else 1)
         values = [abs(output.lower), abs(output.upper)]
     return 4.0 * (count + 4) * 2.0**-53 * max(values, default=0.0)
 
@@ -368,8 +368,8 @@ def _with_otherwise(
     flat: Plan, declared: Output, value: float, verdict: Verdict, ends: tuple[_End, _End], *, only: bool
 ) -> tuple[_End, _End]:
     """Add the value of `else`; it is attained in the hole."""
-    given = declared.otherwise.start if isinstance(declared.otherwise, Hold) else declared.otherwise
-    span = span_of(given) if isinstance(given, Expr) else declared.span
+    otherwise = declared.otherwise.start if isinstance(declared.otherwise, Hold) else declared.otherwise
+    span = span_of(otherwise) if isinstance(otherwise, Expr) else declared.span
     low, high = ends
     if not only and low.value <= value <= high.value:
         return ends

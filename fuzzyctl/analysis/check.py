@@ -111,10 +111,12 @@ def check_examined(
 
     diagnostics, sound, work = examined.diagnostics, [], Work()
     for system in examined.systems:
-        system, found = _under(system, profile, examined.source)
-        found = found if _has_errors(found) else [*found, *_analysed(system, work, guarantees=guarantees)[1]]
-        diagnostics = [*diagnostics, *found]
-        if not any(d.stops for d in found):
+        system, findings = _under(system, profile, examined.source)
+        findings = (
+            findings if _has_errors(findings) else [*findings, *_analysed(system, work, guarantees=guarantees)[1]]
+        )
+        diagnostics = [*diagnostics, *findings]
+        if not any(d.stops for d in findings):
             sound.append(system)
     return (*sound, *examined.equations), examined.reported(diagnostics)
 
@@ -126,8 +128,8 @@ def check_changed(examined: Examined, changed: FuzzySystem) -> Checked:
         examined: The source.
         changed: The system that is analysed.
     """
-    verdicts, found = _analysed(changed, guarantees=True)
-    diagnostics = examined.reported([*examined.diagnostics, *found])
+    verdicts, findings = _analysed(changed, guarantees=True)
+    diagnostics = examined.reported([*examined.diagnostics, *findings])
     return Checked(None if any(d.stops for d in diagnostics) else changed, tuple(verdicts), diagnostics)
 
 

@@ -216,8 +216,8 @@ def without_idle(flat: Plan) -> Plan:
 
 def _narrowed(let: LetPlan, ends: Interval) -> LetPlan:
     lower, upper = max(let.lower, ends[0]), min(let.upper, ends[1])
-    known = math.isfinite(let.lower) and lower < upper
-    return replace(let, lower=lower, upper=upper) if known else let
+    is_valid = math.isfinite(let.lower) and lower < upper
+    return replace(let, lower=lower, upper=upper) if is_valid else let
 
 
 def _called(call: CallPlan, arguments: Sequence[Interval]) -> Interval:
@@ -229,7 +229,7 @@ def _called(call: CallPlan, arguments: Sequence[Interval]) -> Interval:
     from fuzzyctl.kernels.interval.vector import constant
 
     program = inference.evaluation(call.system)
-    given = dict(zip(program.arguments, (constant(*ends) for ends in arguments), strict=True))
+    values = dict(zip(program.arguments, (constant(*ends) for ends in arguments), strict=True))
     with np.errstate(all="ignore"):
-        (result,) = Interpreter(given).run(program, [call.output])
+        (result,) = Interpreter(values).run(program, [call.output])
     return (float(result.lo), float(result.hi)) if result.lo <= result.hi else ANYTHING

@@ -115,15 +115,15 @@ class _Idle:
         if not self.work.takes(_SCANNED * len(flat.degrees)):
             return True
         read = degrees_read(flat, [strength])
-        own = {n: d for i, d in enumerate(flat.degrees) if (n := degree_name(i)) in read}
-        variables = sorted({d.variable for d in own.values()})
-        sides = [cells(flat.variable(v), [d.set for d in own.values() if d.variable == v]) for v in variables]
+        plans = {n: d for i, d in enumerate(flat.degrees) if (n := degree_name(i)) in read}
+        variables = sorted({d.variable for d in plans.values()})
+        sides = [cells(flat.variable(v), [d.set for d in plans.values() if d.variable == v]) for v in variables]
         count = prod(len(s) for s in sides)
-        if count > MOST_CELLS or not self.work.takes(count * (_CELL * len(own) + units_of(strength))):
+        if count > MOST_CELLS or not self.work.takes(count * (_CELL * len(plans) + units_of(strength))):
             return True
         for box in product(*sides):
             at = dict(zip(variables, box, strict=True))
-            degrees = {n: degree_in(d.set, at[d.variable].floats) for n, d in own.items()}
+            degrees = {n: degree_in(d.set, at[d.variable].floats) for n, d in plans.items()}
             fired = Truths(flat, degrees).strength(strength)
             if activation_in(flat, flat.rules[r], fired)[1] > 0.0:
                 return True
@@ -140,19 +140,21 @@ class _Idle:
                     rivals.setdefault((o, entry.term), []).append(entry.rule)
         entries = Counter(e.rule for output in self.flat.outputs for e in output.implied)
         outdone: dict[int, list[int]] = {}
-        said = {r: _said(self.system.rules[r].antecedent) for rules in rivals.values() for r in rules}
+        antecedents = {r: _said(self.system.rules[r].antecedent) for rules in rivals.values() for r in rules}
         for rules in rivals.values():
             count = len(rules)
             for r in rules if count <= MOST_COMPARED and self.work.takes(_PAIR * count * count) else ():
-                better = next((s for s in rules if s != r and s not in self.dead and self._outdoes(said, s, r)), None)
+                better = next(
+                    (s for s in rules if s != r and s not in self.dead and self._outdoes(antecedents, s, r)), None
+                )
                 if better is not None and r not in self.dead:
                     outdone.setdefault(r, []).append(better)
         for r, better_ones in outdone.items():
             if len(better_ones) == entries[r]:
                 yield r, self.system.rules[better_ones[0]]
 
-    def _outdoes(self, said: Mapping[int, _Said], s: int, r: int) -> bool:
-        first, second = said[s], said[r]
+    def _outdoes(self, antecedents: Mapping[int, _Said], s: int, r: int) -> bool:
+        first, second = antecedents[s], antecedents[r]
         one, other = self.system.rule_methods[s], self.system.rule_methods[r]
         if (one.conjunction, one.disjunction) != (other.conjunction, other.disjunction):
             return False
@@ -197,8 +199,8 @@ def _at_most(a: _Said, b: _Said) -> bool:
     return a[0] == "and" and (_within(_joined(b, "and"), a[1]) or any(_at_most(part, b) for part in a[1]))
 
 
-def _joined(said: _Said, kind: str) -> Sequence[_Said]:
-    return said[1] if said[0] == kind else (said,)
+def _joined(antecedent: _Said, kind: str) -> Sequence[_Said]:
+    return antecedent[1] if antecedent[0] == kind else (antecedent,)
 
 
 def _within(few: Sequence[_Said], many: Sequence[_Said]) -> bool:

@@ -68,13 +68,13 @@ def extents(system: FuzzySystem, *, timeout: float = TIMEOUT) -> tuple[Extent, .
     timeout = arguments.seconds("'timeout'", timeout)
     flat = plan(system)
     surface = surface_of(flat)
-    known = output_bounds(system)
+    bounds = output_bounds(system)
     is_late = not timeout or clock.is_over(compiling(flat)) or not located(flat, Work(0.5 * SECOND * timeout))
     if surface is None and is_late:
-        return tuple(_consequents_alone(system, known[o.name]) for o in system.outputs)
+        return tuple(_consequents_alone(system, bounds[o.name]) for o in system.outputs)
     judge = Judge(system)
     finder = _AtCorners(system, surface) if surface is not None else _BySubdivision(system, flat, timeout, judge)
-    ends = [_ends(system, k, known[o.name], finder, judge) for k, o in enumerate(system.outputs)]
+    ends = [_ends(system, k, bounds[o.name], finder, judge) for k, o in enumerate(system.outputs)]
     return tuple(_extent(system, k, pair, finder) for k, pair in enumerate(ends))
 
 
@@ -91,11 +91,11 @@ def _ends(system: FuzzySystem, position: int, known: OutputBound, finder: Any, j
             ends.append((value, None, math.nan))
             continue
         point = list(at.values()) if at is not None else None
-        bound, found = value, _found(judge, known.name, point)
-        if found != value:
+        bound, extreme = value, _found(judge, known.name, point)
+        if extreme != value:
             bound, point = finder.least(position, sign)
-            bound, found = max(value, bound) if sign > 0 else min(value, bound), _found(judge, known.name, point)
-        ends.append((bound, dict(zip(judge.inputs, point, strict=True)) if point is not None else None, found))
+            bound, extreme = max(value, bound) if sign > 0 else min(value, bound), _found(judge, known.name, point)
+        ends.append((bound, dict(zip(judge.inputs, point, strict=True)) if point is not None else None, extreme))
     return ends
 
 
@@ -167,8 +167,8 @@ class _BySubdivision:
 
         if self._is_late(output):
             return -sign * math.inf, None
-        known = self.boxed.bounds[self.boxed.outputs[output]]
-        span = known.hi - known.lo
+        limits = self.boxed.bounds[self.boxed.outputs[output]]
+        span = limits.hi - limits.lo
         gap = GAP * span if math.isfinite(span) and span else GAP
         work = self.work.part(self.work.left / self.ends)
         self.ends -= 1

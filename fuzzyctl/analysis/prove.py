@@ -219,8 +219,8 @@ class Prover:
 
     def _with_lets(self, witness: Witness, lets: Set[str]) -> Witness:
         """Return a witness with the values of the lets of its claim."""
-        known = known_at(self.plan, list(witness.point.values()))
-        values = tuple((let.name, known[let.name]) for let in self.plan.lets if let.name in lets)
+        numbers = known_at(self.plan, list(witness.point.values()))
+        values = tuple((let.name, numbers[let.name]) for let in self.plan.lets if let.name in lets)
         return replace(witness, sides=(*values, *witness.sides))
 
     def _state_of(self, claim: Claim) -> str:
@@ -292,12 +292,12 @@ class Prover:
         difference = left.plus(right, Fraction(-1))
         if difference.inputs or len(difference.outputs) != 1:
             return False
-        ((taken, factor),) = difference.outputs.items()
-        system = (self.system, *self.system.compared)[taken.system]
-        known = (self.bounds if not taken.system else output_bounds(system))[system.outputs[taken.output].name]
-        if not all(abs(e) < float("inf") for e in (known.lo, known.hi)):
+        ((operand, factor),) = difference.outputs.items()
+        system = (self.system, *self.system.compared)[operand.system]
+        limits = (self.bounds if not operand.system else output_bounds(system))[system.outputs[operand.output].name]
+        if not all(abs(e) < float("inf") for e in (limits.lo, limits.hi)):
             return False
-        least = min(difference.number + factor * Fraction(e) for e in (known.lo, known.hi)) + bound.tolerance
+        least = min(difference.number + factor * Fraction(e) for e in (limits.lo, limits.hi)) + bound.tolerance
         return least > 0 or (least == 0 and not bound.strict)
 
     def _total(self, claim: Claim, output: str) -> Verdict:
@@ -306,10 +306,10 @@ class Prover:
             return Proved(claim.text)
         silence = Silence(self.plan, output, Work(SEARCH) if self.work is None else self.work.part(SEARCH))
         if isinstance(result, Hole):
-            own = list(result.witness.values())
+            coordinates = list(result.witness.values())
             with suppress(SpentError):
-                if self.judge.lies_in(claim.region, own) and silence.holds_at(own):
-                    return Refuted(claim.text, self.judge.silent(output, own))
+                if self.judge.lies_in(claim.region, coordinates) and silence.holds_at(coordinates):
+                    return Refuted(claim.text, self.judge.silent(output, coordinates))
         point = silent_point(self.plan, silence, partial(self.judge.lies_in, claim.region))
         if point is not None:
             return Refuted(claim.text, self.judge.silent(output, point))

@@ -205,8 +205,8 @@ class Judge:
 
     def strength(self, output: str, point: Sequence[float]) -> float:
         """Return the largest activation among the rules of an output, as kernels compute it."""
-        found = self._strengths(*point)
-        several = found if isinstance(found, tuple) else (found,)
+        strengths = self._strengths(*point)
+        several = strengths if isinstance(strengths, tuple) else (strengths,)
         return float(several[[o.name for o in self.system.outputs].index(output)])
 
     @cached_property
@@ -249,8 +249,8 @@ class Judge:
         """Return how far rounding may move differences of an output, `SYSTEM.OUTPUT` for one of another system."""
         other, _, name = output.rpartition(".")
         system = self.compared[other].system if other else self.system
-        own = system.output(name)
-        ends = [abs(system.number(e)) for e in (own.lower, own.upper)]
+        variable = system.output(name)
+        ends = [abs(system.number(e)) for e in (variable.lower, variable.upper)]
         return Fraction(max(ends)) / (1 << 36)
 
     @cached_property

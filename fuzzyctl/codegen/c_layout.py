@@ -45,7 +45,7 @@ class CLayout:
         name = names.claim(self.unit.block.name)
         # Its macros must not be those of the library, as FP_NAN is.
         while any(f"{name.upper()}_{macro}" in LIBRARY for macro in MACROS) or any(
-            f"{name}_{own}" in C_FUNCTION_RESERVED for own in _OWN
+            f"{name}_{suffix}" in C_FUNCTION_RESERVED for suffix in _OWN
         ):
             name = names.claim(f"{name}_fz")
         return name
@@ -79,14 +79,14 @@ class CLayout:
         names, macros = Names([*C_RESERVED, self.name]), (self._macros,)
         results = []
         for slot in self.unit.slots:
-            own = names.claim(member_name(slot.name), apart_from=macros)
-            results.append((own, names.claim(f"{own}_oldest", apart_from=macros) if slot.length > 1 else ""))
+            member = names.claim(member_name(slot.name), apart_from=macros)
+            results.append((member, names.claim(f"{member}_oldest", apart_from=macros) if slot.length > 1 else ""))
         return tuple(results)
 
     @property
     def slots(self) -> tuple[str, ...]:
         """The value that is read of each slot."""
-        return tuple(f"state->{own}[state->{k}]" if k else f"state->{own}" for own, k in self.members)
+        return tuple(f"state->{member}[state->{k}]" if k else f"state->{member}" for member, k in self.members)
 
     @property
     def consequents(self) -> tuple[str, ...]:
@@ -130,8 +130,8 @@ class CLayout:
 
     def call(self, state: str, params: str, inputs: Sequence[str]) -> list[str]:
         """Return the texts of arguments in the order of the parameters, without those for results."""
-        own = [*([state] if self.unit.has_state else []), *([params] if self.numbers else [])]
-        return [*own, *inputs] if self.unit.is_step else [*inputs, *own]
+        pointers = [*([state] if self.unit.has_state else []), *([params] if self.numbers else [])]
+        return [*pointers, *inputs] if self.unit.is_step else [*inputs, *pointers]
 
     @property
     def init(self) -> str:

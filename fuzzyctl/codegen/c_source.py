@@ -68,7 +68,7 @@ def _promises(unit: Unit) -> Iterator[str]:
 
 def as_comments(notes: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
     """Return notes by name as lines of comment."""
-    return {name: comment(list(folded([printable(text) for text in own]))) for name, own in notes.items()}
+    return {name: comment(list(folded([printable(text) for text in texts]))) for name, texts in notes.items()}
 
 
 def comment(lines: Sequence[str]) -> list[str]:
@@ -93,8 +93,8 @@ def _types(layout: CLayout) -> Iterator[str]:
         yield from struct(f"{name}_params", [(f"{real} {member};", note) for member, note in numbers])
     if unit.has_state:
         count = len(unit.consequents)
-        own = [(f"{real} consequent[{count}];", "of adaptive outputs, rule by rule")] if count else []
-        yield from struct(f"{name}_state", [*own, *state_members(layout, real, slot_notes(unit))])
+        consequents = [(f"{real} consequent[{count}];", "of adaptive outputs, rule by rule")] if count else []
+        yield from struct(f"{name}_state", [*consequents, *state_members(layout, real, slot_notes(unit))])
     if unit.refusals:
         codes = [layout.status(), *map(layout.status, unit.refusals)]
         yield "typedef enum {"
@@ -104,8 +104,8 @@ def _types(layout: CLayout) -> Iterator[str]:
 
 def state_members(layout: CLayout, real: str, notes: Sequence[str]) -> Iterator[tuple[str, str]]:
     """Yield the members of the state, numbers of type `real`, with the note of each slot."""
-    for (own, oldest), slot, note in zip(layout.members, layout.unit.slots, notes, strict=True):
-        yield f"{real} {own}{f'[{slot.length}]' if oldest else ''};", note
+    for (member, oldest), slot, note in zip(layout.members, layout.unit.slots, notes, strict=True):
+        yield f"{real} {member}{f'[{slot.length}]' if oldest else ''};", note
         if oldest:
             yield f"size_t {oldest};", "position of its oldest number"
 
@@ -143,11 +143,11 @@ def _about(layout: CLayout) -> Iterator[str]:
     change = "becomes that after the step" if unit.is_step else change
     state = f"  state: begun by {layout.name}_init; {change}"
     notes = zip(layout.arguments, argument_notes(unit), strict=True)
-    given = [f"  {name}: {note}" if note else f"  {name}" for name, note in notes]
+    lines = [f"  {name}: {note}" if note else f"  {name}" for name, note in notes]
     none = "" if unit.is_step else "NaN where an input is NaN or there is no value"
     computed = f"Make a step of {unit.block.name}: {names}"
     yield f"{computed}." if unit.is_step else f"Evaluate {unit.block.name}: {names} of {', '.join(unit.inputs)}."
-    yield from layout.call(state, "  params: finite numbers, see their ranges", given)
+    yield from layout.call(state, "  params: finite numbers, see their ranges", lines)
     if layout.many:
         yield f"  outputs: where the results go{f', {none}' if none else ''}"
         if not unit.is_step:
@@ -241,13 +241,13 @@ def init(layout: CLayout, starts: Sequence[str], text: CText | None = None) -> I
     if text is not None:
         consequents = zip(layout.consequents, layout.unit.consequents, strict=True)
         yield from (f"{INDENT}{entry} = {bare(text.number(value))};" for entry, value in consequents)
-    for (own, oldest), slot, start in zip(layout.members, layout.unit.slots, starts, strict=True):
+    for (member, oldest), slot, start in zip(layout.members, layout.unit.slots, starts, strict=True):
         if oldest:
             yield f"{INDENT}for (size_t k = 0U; k < {slot.length}U; ++k) {{"
-            yield from (f"{INDENT * 2}state->{own}[k] = {start};", f"{INDENT}}}")
+            yield from (f"{INDENT * 2}state->{member}[k] = {start};", f"{INDENT}}}")
             yield f"{INDENT}state->{oldest} = 0U;"
         else:
-            yield f"{INDENT}state->{own} = {start};"
+            yield f"{INDENT}state->{member} = {start};"
     yield "}"
 
 
@@ -293,14 +293,14 @@ def _stores(layout: CLayout, text: CText, results: Sequence[str]) -> Iterator[st
             yield f"if (!{layout.name}_is_nan({results[o]})) {{"
             yield from (f"{INDENT}{place} = {results[o]};", "}")
         return
-    kept = set(unit.program.arguments[len(layout.arguments) :])
+    slots = set(unit.program.arguments[len(layout.arguments) :])
     stores: list[str] = []
     for k, (value, place) in enumerate(zip(unit.taken, layout.slots, strict=True)):
-        taken = bare(text.text(value))
-        if read(value) & kept or not isinstance(value, Name | Number):
-            yield f"const {layout.real} u{k} = {taken};"
-            taken = f"u{k}"
-        stores.append(f"{place} = {taken};")
+        expression = bare(text.text(value))
+        if read(value) & slots or not isinstance(value, Name | Number):
+            yield f"const {layout.real} u{k} = {expression};"
+            expression = f"u{k}"
+        stores.append(f"{place} = {expression};")
     for (_, oldest), slot, store in zip(layout.members, unit.slots, stores, strict=True):
         yield store
         yield from next_oldest(oldest, slot.length)
@@ -347,6 +347,6 @@ def _adapt(layout: CLayout, text: CText) -> Iterator[str]:
     yield f"{INDENT}for (size_t k = 0U; k < {count}U; ++k) {{"
     yield f"{INDENT * 2}const {real} next = state->consequent[k] + (dt * rate[k]);"
     yield f"{INDENT * 2}if (!{layout.name}_is_nan(next)) {{"
-    held = "(next < lower[k]) ? lower[k] : ((next > upper[k]) ? upper[k] : next)"
-    yield f"{INDENT * 3}state->consequent[k] = {held};"
+    value = "(next < lower[k]) ? lower[k] : ((next > upper[k]) ? upper[k] : next)"
+    yield f"{INDENT * 3}state->consequent[k] = {value};"
     yield from (f"{INDENT * 2}}}", f"{INDENT}}}", "}")

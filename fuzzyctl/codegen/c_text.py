@@ -65,8 +65,8 @@ class CText:
             return f"{self.prefix}_no_number()"
         if math.isinf(value):
             self.libm = True
-            own = "(float)INFINITY" if self.precision == "float" else "(double)INFINITY"
-            return own if value > 0 else f"(-({own}))"
+            infinity = "(float)INFINITY" if self.precision == "float" else "(double)INFINITY"
+            return infinity if value > 0 else f"(-({infinity}))"
         text = repr(value) if self.precision == "double" else f"{single_text(value)}F"
         return text if math.copysign(1.0, value) > 0 else f"({text})"
 
@@ -120,13 +120,13 @@ class CText:
 
     def _call(self, function: str, arguments: Sequence[Expr]) -> str:
         texts = [self.text(a) for a in arguments]
-        own = PRIMITIVES.get(function)
-        if own is None:
+        primitive = PRIMITIVES.get(function)
+        if primitive is None:
             raise CodegenError(f"the function {function!r} has no text in C", function)
-        if own.c.isidentifier():
+        if primitive.c.isidentifier():
             self.libm = True
             suffix = "f" if self.precision == "float" else ""
-            return f"{own.c}{suffix}({', '.join(texts)})"
+            return f"{primitive.c}{suffix}({', '.join(texts)})"
         if function == "divide":
             return f"({texts[0]} / {texts[1]})"
         if function in ("smaller", "larger", "clip") and all(is_atom(a) for a in arguments):
@@ -206,8 +206,8 @@ class CText:
         if any(a >= b for a, b in zip(self.rounded(statement.knots), self.rounded(statement.knots[1:]), strict=False)):
             raise CodegenError("two knots are the same in this precision; use double")
         if statement.wants_rest:
-            held = f"(({x} < {knots[0]}) ? {knots[0]} : (({x} > {knots[-1]}) ? {knots[-1]} : {x}))"
-            yield f"const {self.precision} {rest}_x = {bare(held)};"
+            position = f"(({x} < {knots[0]}) ? {knots[0]} : (({x} > {knots[-1]}) ? {knots[-1]} : {x}))"
+            yield f"const {self.precision} {rest}_x = {bare(position)};"
             x = f"{rest}_x"
         if len(knots) <= COUNTED:
             count = " + ".join(f"(({x} >= {k}) ? 1U : 0U)" for k in knots[1:]) or "0U"
@@ -234,10 +234,10 @@ class CText:
         """Yield the functions of primitives that were used."""
         zero, one, real = self.number(0.0), self.number(1.0), self.precision
         for name in sorted(self.helpers):
-            own = PRIMITIVES[name]
-            parameters = ", ".join(f"{real} {a}" for a in own.arguments.split())
+            primitive = PRIMITIVES[name]
+            parameters = ", ".join(f"{real} {a}" for a in primitive.arguments.split())
             yield f"static {real} {self.prefix}_{name}({parameters})"
-            yield f"{{\n{INDENT}return {own.c.format(zero=zero, one=one)};\n}}\n"
+            yield f"{{\n{INDENT}return {primitive.c.format(zero=zero, one=one)};\n}}\n"
 
 
 def _reads_table(statement: Locate) -> bool:
@@ -284,10 +284,10 @@ def single(value: float) -> float:
 
 def single_text(value: float) -> str:
     """Return the shortest text that reads back as the same number of single precision."""
-    own = single(value)
+    number = single(value)
     for digits in range(1, 10):
-        text = f"{own:.{digits}g}"
-        if abs(float(text)) < _BEYOND and single(float(text)) == own:
+        text = f"{number:.{digits}g}"
+        if abs(float(text)) < _BEYOND and single(float(text)) == number:
             break
     text = repr(float(text))
     return text

@@ -63,8 +63,8 @@ def _of_system(unit: Unit) -> Iterator[str]:
 def _of_step(unit: Unit, taken: str) -> Iterator[str]:
     values = unit.controller.param_values.values
     yield from dict.fromkeys(f"Calls {u.system.name}: {u.algorithm.name}; {u.algorithm.reason}" for u in unit.systems)
-    known = {*dict(unit.settings), *(number.name for number in unit.numbers)}
-    yield from (f"Param {name} = {value!r}" for name, value in values.items() if name not in known)
+    names = {*dict(unit.settings), *(number.name for number in unit.numbers)}
+    yield from (f"Param {name} = {value!r}" for name, value in values.items() if name not in names)
     yield from (f"Free: {number.name}, {number.start!r} in the rule file" for number in unit.numbers)
     yield from ("", f"Inputs, which are {taken}:")
     inputs = zip(unit.inputs, argument_notes(unit)[: len(unit.inputs)], strict=True)
@@ -124,8 +124,8 @@ def slot_notes(unit: Unit) -> list[str]:
     """Return for each slot the state that it holds."""
     if not unit.is_step:
         return ["kept where no rule fires"] * len(unit.slots)
-    known = {s.name: signal_note(unit, s) for s in unit.controller.states} | {STARTED: "1 from the first step on"}
-    return [known.get(slot.name, slot.name) for slot in unit.slots]
+    notes = {s.name: signal_note(unit, s) for s in unit.controller.states} | {STARTED: "1 from the first step on"}
+    return [notes.get(slot.name, slot.name) for slot in unit.slots]
 
 
 def number_notes(unit: Unit) -> list[str]:
@@ -186,8 +186,8 @@ def value_notes(unit: Unit) -> dict[str, list[str]]:
     if unit.algorithm.name != "rules":
         return {}
     traced, flat = inference.activity(unit.plan), unit.plan
-    own = {s.name: s for s in unit.algorithm.printed.body if isinstance(s, Assign)}
-    same = {s.name for s in traced.body if isinstance(s, Assign) and own.get(s.name) == s}
+    statements = {s.name: s for s in unit.algorithm.printed.body if isinstance(s, Assign)}
+    same = {s.name for s in traced.body if isinstance(s, Assign) and statements.get(s.name) == s}
     texts = [f"degree of {flat.variable(d.variable).name} is {d.term}" for d in flat.degrees]
     texts += [rule_text(rule) for rule in unit.system.rules]
     results: dict[str, list[str]] = {}
@@ -204,13 +204,13 @@ def table_notes(unit: Unit, program: Program) -> dict[str, list[str]]:
     """
     if not unit.is_step:
         return _table_notes(unit.systems[0], program)
-    known: dict[tuple[float, ...], list[str]] = {}
-    for own in unit.systems:
-        printed = own.algorithm.printed
-        notes = _table_notes(own, printed)
+    texts: dict[tuple[float, ...], list[str]] = {}
+    for part in unit.systems:
+        printed = part.algorithm.printed
+        notes = _table_notes(part, printed)
         for table, values in printed.tables:
-            known.setdefault(tuple(values), []).extend(f"{own.system.name}: {note}" for note in notes[table])
-    return {table: list(dict.fromkeys(known.get(tuple(values), ()))) for table, values in program.tables}
+            texts.setdefault(tuple(values), []).extend(f"{part.system.name}: {note}" for note in notes[table])
+    return {table: list(dict.fromkeys(texts.get(tuple(values), ()))) for table, values in program.tables}
 
 
 def _table_notes(unit: Evaluated, program: Program) -> dict[str, list[str]]:
@@ -218,18 +218,18 @@ def _table_notes(unit: Evaluated, program: Program) -> dict[str, list[str]]:
     results: dict[str, list[str]] = {name: [] for name, _ in program.tables}
     for statement in program.body:
         if isinstance(statement, Locate):
-            own = sorted(arguments[a] for a in _arguments(program, statement.x) if a in arguments)
+            names = sorted(arguments[a] for a in _arguments(program, statement.x) if a in arguments)
             what = "points of the table along" if unit.table is not None else "corners of the terms of"
-            what = what if len(own) == 1 else "corners of terms of a value that is computed from"
-            results[statement.table].append(f"{what} {' and '.join(own)}")
+            what = what if len(names) == 1 else "corners of terms of a value that is computed from"
+            results[statement.table].append(f"{what} {' and '.join(names)}")
         if isinstance(statement, Quadrature):
             results[statement.places].append("places between which a set is smooth, from the middle of the range")
-    known: dict[tuple[float, ...], list[str]] = {}
+    texts: dict[tuple[float, ...], list[str]] = {}
     for values, text in _known(unit):
-        known.setdefault(values, []).append(text)
+        texts.setdefault(values, []).append(text)
     looked_up = _looked_up(program)
     for name, values in program.tables:
-        results[name] += known.get(tuple(values), [])
+        results[name] += texts.get(tuple(values), [])
         usual = "for each piece between corners" if name in looked_up else "for each point at which a set is sampled"
         results[name] = list(dict.fromkeys(results[name])) or [usual]
     return results

@@ -49,13 +49,13 @@ def module(unit: Unit, shown: Shown) -> str:
     activity = with_named_state(lean(inference.activity(unit.plan)))
     activity = with_prefix(renamed(activity, [*layout.arguments, *layout.read]), "t")
     values = with_prefix(renamed(_values(unit, shown.values), layout.arguments), "v")
-    degrees = [with_prefix(_degrees(own), f"s{k}_") for k, own in enumerate(shown.sets)]
+    degrees = [with_prefix(_degrees(sets), f"s{k}_") for k, sets in enumerate(shown.sets)]
     implied = [_norm(conjunction(name, equal)(_A, _B)) for name, equal in shown.implications]
     joined = [_norm(aggregation(o.aggregation, o.equal)(_A, _B)) for o in unit.plan.outputs]
     programs = [activity, values, *degrees, *implied, *joined]
     lines: list[str] = []
-    for own in programs:
-        lines += [*tables(own, {name: () for name, _ in own.tables}), ""]
+    for program in programs:
+        lines += [*tables(program, {name: () for name, _ in program.tables}), ""]
     calls, body = set().union(*map(functions, programs)), [s for p in programs for s in p.body]
     lines += [*helpers(calls, body), ""]
     arguments = ", ".join(layout.arguments)
@@ -70,21 +70,21 @@ def module(unit: Unit, shown: Shown) -> str:
 def _values(unit: Unit, expressions: Sequence[Expr]) -> Program:
     """Return the program of functions of the inputs, which read them within their ranges."""
     builder, raw = Builder(), inference.raw_names(unit.plan)
-    known: dict[str, Expr] = {}
+    values: dict[str, Expr] = {}
     for planned, x in zip(unit.plan.inputs, raw, strict=True):
-        known[planned.name] = x if planned.extrapolate else builder.let(clip(x, planned.lower, planned.upper))
+        values[planned.name] = x if planned.extrapolate else builder.let(clip(x, planned.lower, planned.upper))
     for let in unit.plan.lets:
         if not let.calls:
-            known[let.name] = builder.let(replace_names(let.value, known))
-    return lean(builder.program(raw, [builder.let(replace_names(e, known)) for e in expressions]))
+            values[let.name] = builder.let(replace_names(let.value, values))
+    return lean(builder.program(raw, [builder.let(replace_names(e, values)) for e in expressions]))
 
 
 def _degrees(sets: Sequence[SetPlan]) -> Program:
     builder, x = Builder(), Name("x")
     degrees = []
-    for own in sets:
-        degree = builder.let(replace(own, changes=()).degree(x))
-        for change in own.changes:  # each names the degree more than once: 90 of them would double it 90 times
+    for plan in sets:
+        degree = builder.let(replace(plan, changes=()).degree(x))
+        for change in plan.changes:  # each names the degree more than once: 90 of them would double it 90 times
             degree = builder.let(replace_names(change, {ITSELF: degree}))
         degrees.append(degree)
     return lean(builder.program([x], degrees))
@@ -96,8 +96,8 @@ def _norm(value: Expr) -> Program:
 
 def _functions(name: str, arguments: str, programs: Sequence[Program], *, single: bool = False) -> Iterator[str]:
     yield f"export const {name} = ["
-    for own in programs:
-        lines = list(_function("function", arguments, own, single=single))
+    for program in programs:
+        lines = list(_function("function", arguments, program, single=single))
         yield from (INDENT + line for line in lines[:-1])
         yield f"{INDENT}{lines[-1]},"
     yield from ("];", "")

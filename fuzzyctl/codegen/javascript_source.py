@@ -85,14 +85,14 @@ class JavaScriptLayout:
         numbers = tuple(names.claim(member_name(n.name)) for n in self.unit.numbers)
         results = []
         for slot in self.unit.slots:
-            own = names.claim(member_name(slot.name))
-            results.append((own, names.claim(f"{own}_oldest") if slot.length > 1 else ""))
+            member = names.claim(member_name(slot.name))
+            results.append((member, names.claim(f"{member}_oldest") if slot.length > 1 else ""))
         return tuple(results), numbers
 
     @property
     def slots(self) -> tuple[str, ...]:
         """The value that is read of each slot."""
-        return tuple(f"state.{own}[state.{k}]" if k else f"state.{own}" for own, k in self.members)
+        return tuple(f"state.{member}[state.{k}]" if k else f"state.{member}" for member, k in self.members)
 
     @property
     def read(self) -> tuple[str, ...]:
@@ -156,8 +156,8 @@ def module(unit: Unit) -> str:
         lines.append(f"export const params = {record(starts)};")
     if unit.period is not None:
         lines.append(f"export const period = {literal(unit.period)}; // [s]")
-    for own in programs:
-        lines += ["", *tables(own, comments(table_notes(unit, own)))]
+    for program in programs:
+        lines += ["", *tables(program, comments(table_notes(unit, program)))]
     calls, body = set().union(*map(functions, programs)), [s for p in programs for s in p.body]
     lines += ["", *helpers(calls, body), *([REQUIRE_NUMBER] if layout.arguments else []), ""]
     lines += [NO_RULE_FIRES, ""] if unit.refusals else []
@@ -173,8 +173,8 @@ def _signals(unit: Unit) -> Iterator[str]:
     """Yield the facts of inputs and outputs that pages show; without a range they go to infinity."""
 
     def shown(of: Signal | LinguisticVariable, lower: float, upper: float, more: Mapping[str, bool]) -> str:
-        own = {"name": of.name, "label": of.label, "unit": of.unit, "lower": lower, "upper": upper}
-        return record({**own, **more})
+        fields = {"name": of.name, "label": of.label, "unit": of.unit, "lower": lower, "upper": upper}
+        return record({**fields, **more})
 
     if unit.is_step:
         inputs = [shown(s, *ends(unit, s.bounds), {}) for s in unit.controller.inputs]
@@ -208,14 +208,14 @@ def _evaluation(layout: JavaScriptLayout) -> Iterator[str]:
     yield f"export function {layout.function}({layout.call(*layout.arguments)}) {{"
     yield from _begin(layout, _returned(["NaN"] * len(unit.outputs)))
     if unit.is_step:  # a stored value may be read by another slot
-        given, read = read, unit.program.arguments[len(layout.arguments) :]
-        yield from (f"{INDENT}const {name} = {place};" for name, place in zip(read, given, strict=True))
+        places, read = read, unit.program.arguments[len(layout.arguments) :]
+        yield from (f"{INDENT}const {name} = {place};" for name, place in zip(read, places, strict=True))
     program = renamed(unit.program, [*layout.arguments, *read])
     yield from block(program.body, DIALECT, _refusal, comments(value_notes(unit)))
     results = [value_text(r, DIALECT) for r in program.results]
-    outputs, taken = results[: len(unit.outputs)], results[len(unit.outputs) :]
+    outputs, values = results[: len(unit.outputs)], results[len(unit.outputs) :]
     if unit.is_step:
-        yield from _stores(layout, taken)
+        yield from _stores(layout, values)
     else:
         for o, place in zip(unit.plan.held, layout.slots, strict=True):
             yield f"{INDENT}const result{o} = {outputs[o]};"
@@ -229,9 +229,9 @@ def _refusal(output: str) -> str:
     return f"throw new NoRuleFiresError({quoted(output)});"
 
 
-def _stores(layout: JavaScriptLayout, taken: Sequence[str]) -> Iterator[str]:
+def _stores(layout: JavaScriptLayout, values: Sequence[str]) -> Iterator[str]:
     """Yield lines that store the state, which was read before."""
-    for (_, oldest), slot, place, value in zip(layout.members, layout.unit.slots, layout.slots, taken, strict=True):
+    for (_, oldest), slot, place, value in zip(layout.members, layout.unit.slots, layout.slots, values, strict=True):
         yield f"{INDENT}{place} = {value};"
         if oldest:
             yield f"{INDENT}state.{oldest} = state.{oldest} < {slot.length - 1} ? state.{oldest} + 1 : 0;"
@@ -244,9 +244,9 @@ def _init(layout: JavaScriptLayout) -> Iterator[str]:
     yield f"{INDENT}return {{"
     if layout.unit.consequents:
         yield f"{INDENT * 2}consequent: [{', '.join(map(literal, layout.unit.consequents))}],"
-    for (own, oldest), slot in zip(layout.members, layout.unit.slots, strict=True):
+    for (member, oldest), slot in zip(layout.members, layout.unit.slots, strict=True):
         start = literal(slot.start)
-        yield f"{INDENT * 2}{own}: {f'Array({slot.length}).fill({start})' if oldest else start},"
+        yield f"{INDENT * 2}{member}: {f'Array({slot.length}).fill({start})' if oldest else start},"
         if oldest:
             yield f"{INDENT * 2}{oldest}: 0,"
     if layout.numbers:
@@ -273,6 +273,6 @@ def _adapt(layout: JavaScriptLayout) -> Iterator[str]:
     for k, end in enumerate(ends):
         low, high = literal(end.lower), literal(end.upper)
         yield f"{INDENT}const u{k} = state.consequent[{k}] + dt * rate[{k}];"
-        held = f"u{k} < {low} ? {low} : u{k} > {high} ? {high} : u{k}"
-        yield f"{INDENT}state.consequent[{k}] = u{k} === u{k} ? ({held}) : state.consequent[{k}];"
+        value = f"u{k} < {low} ? {low} : u{k} > {high} ? {high} : u{k}"
+        yield f"{INDENT}state.consequent[{k}] = u{k} === u{k} ? ({value}) : state.consequent[{k}];"
     yield "}"

@@ -83,8 +83,8 @@ def record(values: Mapping[str, Any]) -> str:
     """Return an object of strings, numbers and truth values; its keys are identifiers of the generated text."""
     parts = []
     for key, value in values.items():
-        shown = quoted(value) if isinstance(value, str) else str(value).lower()
-        parts.append(f"{key}: {bare(literal(value)) if isinstance(value, float) else shown}")
+        word = quoted(value) if isinstance(value, str) else str(value).lower()
+        parts.append(f"{key}: {bare(literal(value)) if isinstance(value, float) else word}")
     return f"{{ {', '.join(parts)} }}" if parts else "{}"
 
 
@@ -100,7 +100,7 @@ def comment(lines: Sequence[str]) -> list[str]:
 
 def comments(notes: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
     """Return notes by name as lines of comment."""
-    return {name: comment(list(folded([printable(note) for note in own]))) for name, own in notes.items()}
+    return {name: comment(list(folded([printable(note) for note in texts]))) for name, texts in notes.items()}
 
 
 def _item(array: str, index: int | str | Place) -> str:
@@ -178,8 +178,8 @@ def block(
                 yield f"{pad}const {statement.function} = ({x}) => {{"
                 yield from block(body, own, refuse, notes, depth + 1)
                 yield from (f"{pad}{INDENT}return {bare(value_text(value, own))};", f"{pad}}};")
-                given = ", ".join(bare(value_text(m, own)) for m in marks)
-                yield f"{pad}const [{found}, {area}] = quadrature.{kind}({statement.function}, {places}, [{given}]);"
+                texts = ", ".join(bare(value_text(m, own)) for m in marks)
+                yield f"{pad}const [{found}, {area}] = quadrature.{kind}({statement.function}, {places}, [{texts}]);"
             case Refuse(condition=condition, output=output):
                 yield f"{pad}if ({bare(value_text(condition, own))}) {{"
                 yield f"{pad}{INDENT}{refuse(output)}"
@@ -211,14 +211,14 @@ def helpers(functions: Iterable[str], statements: Sequence[Statement]) -> Iterat
         CodegenError: For a function that JavaScript has no text for.
     """
     for name in sorted(set(functions) - _PRINTED):
-        own = PRIMITIVES.get(name)
-        if own is None:
+        primitive = PRIMITIVES.get(name)
+        if primitive is None:
             raise CodegenError(f"the function {name!r} has no text in JavaScript", name)
-        if own.javascript == f"Math.{name}":
-            yield from (f"const {name} = {own.javascript};", "")
+        if primitive.javascript == f"Math.{name}":
+            yield from (f"const {name} = {primitive.javascript};", "")
         else:
-            arguments = ", ".join(own.arguments.split())
-            yield from (f"function {name}({arguments}) {{", f"{INDENT}return {own.javascript};", "}", "")
+            arguments = ", ".join(primitive.arguments.split())
+            yield from (f"function {name}({arguments}) {{", f"{INDENT}return {primitive.javascript};", "}", "")
     if any(isinstance(s, Locate) and len(s.knots) > COMPARED for s in all_of(statements)):
         yield from (_FIND, "")
     if any(isinstance(s, Quadrature) for s in all_of(statements)):
@@ -232,8 +232,8 @@ def _quadrature() -> str:
     for name, value in vars(quadrature).items():
         if name.isupper() and re.search(rf"\b{name}\b", text):
             numbers = map(literal, value if isinstance(value, tuple) else (value,))
-            own = ", ".join(numbers) if not isinstance(value, tuple) else f"[{', '.join(numbers)}]"
-            lines += broken([f"{INDENT}const {name} = {own};"], "  ")
+            literals = ", ".join(numbers) if not isinstance(value, tuple) else f"[{', '.join(numbers)}]"
+            lines += broken([f"{INDENT}const {name} = {literals};"], "  ")
     return text.replace(f"{INDENT}CONSTANTS", "\n".join(lines)).rstrip()
 
 

@@ -80,8 +80,8 @@ def prepare(
     else:
         unit = _of_system(block, algorithm, table, small)
     digest = hashlib.sha256(text.encode("utf-8")).hexdigest()
-    own = tuple((settings or {}).items())
-    return replace(unit, digest=digest, settings=own, precision=precision, verdicts=tuple(verdicts))
+    pairs = tuple((settings or {}).items())
+    return replace(unit, digest=digest, settings=pairs, precision=precision, verdicts=tuple(verdicts))
 
 
 def _of_system(system: FuzzySystem, algorithm: str, table: int | None, small: bool) -> Unit:
@@ -93,12 +93,12 @@ def _of_system(system: FuzzySystem, algorithm: str, table: int | None, small: bo
         chosen = Algorithm(chosen.plan, result.grid, f"a table of {table} points along each input")
         chosen = replace(chosen, most_coefficients=most)
     flat = chosen.plan
-    held = zip(flat.held, flat.initial_state[len(flat.states) :], strict=True)
+    starts = zip(flat.held, flat.initial_state[len(flat.states) :], strict=True)
     return Unit(
         block=system,
         written=chosen.printed,
         systems=(Evaluated(system, chosen, result),),
-        slots=tuple(Slot(f"held_{flat.outputs[o].name}", start) for o, start in held),
+        slots=tuple(Slot(f"held_{flat.outputs[o].name}", start) for o, start in starts),
         bounds=output_bounds(system),
     )
 
@@ -135,13 +135,13 @@ def _of_controller(controller: Controller, algorithm: str, small: bool, guarded:
     written, values = named_step(_with_guards(equations) if guarded else equations, point)
     outputs = len(equations.outputs)
     program, slots = with_slots(lean(tidy(written)), equations.states, outputs)
-    kept = len(slots) - len(equations.free)
+    count = len(slots) - len(equations.free)
     return Unit(
         block=controller,
         step=equations,
-        written=replace(program, results=program.results[: outputs + kept]),
-        slots=slots[:kept],
-        numbers=slots[kept:],
+        written=replace(program, results=program.results[: outputs + count]),
+        slots=slots[:count],
+        numbers=slots[count:],
         systems=tuple(systems.values()),
         values={v.name: n for n, v in reversed(values.items()) if isinstance(v, Name) and "#" not in n},
     )
@@ -181,21 +181,21 @@ def _with_guards(equations: Equations) -> Equations:
 
 def tidy(program: Program) -> Program:
     """Return a program without copies and arithmetic of numbers, which computes the same."""
-    known: dict[str, Expr] = {}
+    values: dict[str, Expr] = {}
 
     def change(node: Expr) -> Expr:
-        return known.get(node.name, node) if isinstance(node, Name) else _computed(node)
+        return values.get(node.name, node) if isinstance(node, Name) else _computed(node)
 
     def changed(value: Expr) -> Expr:
         return replace_in(value, change)
 
     body: list[Statement] = []
     for statement in program.body:
-        own = rebuilt(statement, changed)
-        if isinstance(own, Assign) and is_atom(own.value):
-            known[own.name] = own.value
+        result = rebuilt(statement, changed)
+        if isinstance(result, Assign) and is_atom(result.value):
+            values[result.name] = result.value
         else:
-            body.append(own)
+            body.append(result)
     return replace(program, body=tuple(body), results=tuple(map(changed, program.results)))
 
 
@@ -223,9 +223,9 @@ def with_slots(program: Program, states: Sequence[KeptState], outputs: int) -> t
         new value of each slot.
     """
     runs = _runs(program, states, outputs)
-    given = {run[-1]: Name(f"s{k}") for k, run in enumerate(runs)}
-    taken = tuple(program.results[outputs + run[0]] for run in runs)
-    changed = with_state(replace(program, results=(*program.results[:outputs], *taken)), given)
+    names = {run[-1]: Name(f"s{k}") for k, run in enumerate(runs)}
+    values = tuple(program.results[outputs + run[0]] for run in runs)
+    changed = with_state(replace(program, results=(*program.results[:outputs], *values)), names)
     slots = tuple(Slot(_name(states[run[0]], len(run)), states[run[0]].start, len(run)) for run in runs)
     return changed, slots
 

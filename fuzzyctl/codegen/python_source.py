@@ -83,9 +83,9 @@ def module(unit: Unit) -> str:
     lines += [f"INPUTS = {list(unit.inputs)!r}", f"OUTPUTS = {list(unit.outputs)!r}"]
     lines += [f"STATES = [{', '.join(_state_names(unit))}]"] if unit.is_step else []
     lines += [f"PERIOD = {unit.period!r}  # [s]"] if unit.period is not None else []
-    lines += [f"{prefix}{table} = {values!r}" for prefix, own in programs for table, values in own.tables]
+    lines += [f"{prefix}{table} = {values!r}" for prefix, part in programs for table, values in part.tables]
     # Quotients of equations and rates are those of the user, which may be 0/0.
-    used = {f for _, own in programs for f in functions(own)} | ({"divide"} if rates or unit.is_step else set())
+    used = {f for _, part in programs for f in functions(part)} | ({"divide"} if rates or unit.is_step else set())
     lines += ["", *_helpers(used), ""]
     if unit.is_step:
         return "\n".join([*lines, *_start(unit), "", "", *_step(unit, inputs)]) + "\n"
@@ -116,10 +116,10 @@ def _helpers(used: set[str]) -> Iterator[str]:
 def _plain(function: Callable[..., float]) -> str:
     """Return the text of a function without types and docstring, which a module of numbers does not need."""
     tree = ast.parse(getsource(function))
-    (own,) = tree.body
-    assert isinstance(own, ast.FunctionDef), "primitives are functions"
-    own.body, own.returns = own.body[1:], None
-    for argument in own.args.args:
+    (definition,) = tree.body
+    assert isinstance(definition, ast.FunctionDef), "primitives are functions"
+    definition.body, definition.returns = definition.body[1:], None
+    for argument in definition.args.args:
         argument.annotation = None
     return f"\n{ast.unparse(tree)}\n"
 
@@ -145,11 +145,11 @@ def _evaluation(unit: Unit, name: str, arguments: Sequence[str]) -> Iterator[str
 
 def _rates(program: Program, arguments: Sequence[str]) -> Iterator[str]:
     dialect = _dialect(IEEE_SCALAR, "R")
-    own = renamed(program, arguments)
+    equations = renamed(program, arguments)
     yield f"def rates({', '.join([*arguments, 'state'])}):"
     yield from _floats(arguments)
-    yield from block(own.body, dialect, _refusal)
-    yield f"{INDENT}return [{', '.join(text(r, dialect) for r in own.results)}]"
+    yield from block(equations.body, dialect, _refusal)
+    yield f"{INDENT}return [{', '.join(text(r, dialect) for r in equations.results)}]"
 
 
 def _floats(arguments: Sequence[str]) -> Iterator[str]:
@@ -168,8 +168,8 @@ def _dialect(base: Dialect, prefix: str) -> Dialect:
         return f"{'state' if array == STATE else prefix + array}[{index_text(index)}]"
 
     def located(statement: Locate, x: str) -> list[str]:
-        own = f"{statement.table}["
-        return [line.replace(own, prefix + own) for line in base.locate(statement, x)]
+        start = f"{statement.table}["
+        return [line.replace(start, prefix + start) for line in base.locate(statement, x)]
 
     return replace(base, item=item, locate=located)
 
@@ -178,8 +178,8 @@ def _start(unit: Unit) -> Iterator[str]:
     names = Names([*PYTHON_RESERVED, *_OWN])
     numbers = [names.claim(member_name(n.name)) for n in unit.numbers]
     starts = [f"*[{s.start!r}] * {s.length}" if s.length > 1 else repr(s.start) for s in unit.slots]
-    given = [f"{name}={n.start!r}" for name, n in zip(numbers, unit.numbers, strict=True)]
-    yield f"def start({', '.join(given)}):"
+    defaults = [f"{name}={n.start!r}" for name, n in zip(numbers, unit.numbers, strict=True)]
+    yield f"def start({', '.join(defaults)}):"
     yield f'{INDENT}"""Return the state before the first step."""'
     yield f"{INDENT}return [{', '.join([*starts, *numbers])}]"
 
@@ -212,9 +212,9 @@ def _step(unit: Unit, inputs: list[str]) -> Iterator[str]:
     for line in block(program.body, IEEE_SCALAR, _refusal):
         yield from _noted(unit, line)
     results = [text(r, IEEE_SCALAR) for r in program.results]
-    outputs, taken = results[: len(unit.outputs)], results[len(unit.outputs) :]
+    outputs, values = results[: len(unit.outputs)], results[len(unit.outputs) :]
     first = f"({', '.join(outputs)})" if len(outputs) > 1 else outputs[0]
-    yield f"{INDENT}return {first}, [{', '.join(_taken(unit, taken))}]"
+    yield f"{INDENT}return {first}, [{', '.join(_taken(unit, values))}]"
 
 
 def _noted(unit: Unit, line: str) -> Iterator[str]:

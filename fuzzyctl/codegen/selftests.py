@@ -161,14 +161,14 @@ def _call(layout: CLayout) -> Iterator[str]:
 
 def call_lines(layout: CLayout, arguments: Sequence[str]) -> Iterator[str]:
     """Yield lines that evaluate a unit into `found`, and `status` where it may refuse."""
-    name, given = layout.name, [*arguments]
+    name, texts = layout.name, [*arguments]
     if layout.many:
         yield f"{name}_outputs outputs;"
-        given.append("&outputs")
+        texts.append("&outputs")
     if layout.unit.refusals:
         yield f"{name}_status status;"
-        given.append("&status")
-    call = f"{layout.function}({', '.join(given)})"
+        texts.append("&status")
+    call = f"{layout.function}({', '.join(texts)})"
     if layout.many:
         yield f"{call};"
         call = ", ".join(f"outputs.{o}" for o in layout.outputs)
@@ -184,8 +184,8 @@ def javascript_selftest(unit: Unit, expected: Expected) -> str:
     run = [*begin, "for (const vector of vectors) {", *_turn(call, bool(unit.refusals)), *adapt, "}"]
     if unit.is_step:
         run = ["for (let round = 0; round < 2; ++round) {", *(INDENT + line for line in run), "}"]
-    own = [f"{name}_init"] if layout.has_state else []
-    imported = [*own, layout.function] if unit.is_step else [layout.function, *own]
+    init = [f"{name}_init"] if layout.has_state else []
+    imported = [*init, layout.function] if unit.is_step else [layout.function, *init]
     imported += [f"{name}_adapt"] if adapt else []
     about = [f"Self-test of {name}: run with node {name}.test.mjs; exits with 0 if every vector agrees."]
     about.append("A vector has the inputs, the outputs, and the output for which no rule fires.")

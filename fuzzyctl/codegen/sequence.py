@@ -168,13 +168,13 @@ def sequence_of_points(unit: Unit, ranges: Sequence[tuple[int, int]], count: int
 
 def _wider(scales: Sequence[float], found: Sequence[Found], unit: Unit) -> list[float]:
     """Return the largest magnitudes so far with those of a step; empty where its copies are apart, or too large."""
-    first, *others = ([*outputs, *taken] for outputs, taken, _ in found)
+    first, *others = ([*outputs, *values] for outputs, values, _ in found)
     if len({refused for _, _, refused in found}) > 1:
         return []
     if found[0][2]:
         return list(scales)
-    taken = first[len(unit.outputs) :]
-    if not all(abs(x) <= _LARGEST[unit.precision] for x in taken) or math.inf in map(abs, first):
+    values = first[len(unit.outputs) :]
+    if not all(abs(x) <= _LARGEST[unit.precision] for x in values) or math.inf in map(abs, first):
         return []
     wider = [max(scale, abs(x)) if math.isfinite(x) else scale for scale, x in zip(scales, first, strict=True)]
     allowed = [_STEADY * TOLERANCE[unit.precision] * scale for scale in wider]
@@ -204,16 +204,16 @@ class _Double:
         return self._found
 
     def _made(self, point: tuple[float, ...], state: Sequence[deque[float]], copy: int) -> Found:
-        given = [*point, *(line[0] for line in state), *(number.start for number in self._unit.numbers)]
+        arguments = [*point, *(line[0] for line in state), *(number.start for number in self._unit.numbers)]
         if copy:
-            off = [x * (1.0 + (_OFF[copy] or self._rng.choice((-1, 1))) * 2.0**-52) for x in given]
+            off = [x * (1.0 + (_OFF[copy] or self._rng.choice((-1, 1))) * 2.0**-52) for x in arguments]
             for k in range(len(state)):
-                if {own[k][0] for own in self._states} == {self._unit.slots[k].start}:
-                    off[len(point) + k] = given[len(point) + k]
-            given = off
+                if {slots[k][0] for slots in self._states} == {self._unit.slots[k].start}:
+                    off[len(point) + k] = arguments[len(point) + k]
+            arguments = off
         results = [math.nan] * len(self._unit.program.results)
         try:
-            self._store(*given, results)
+            self._store(*arguments, results)
         except NoRuleFiresError as error:
             return [], [], error.output
         count = len(self._unit.outputs)
@@ -226,8 +226,8 @@ class _Double:
 
     def keep(self) -> None:
         """Go on from the last point; where it was refused the state stays."""
-        for state, (_, taken, _) in zip(self._states, self._found, strict=True):
-            for line, value in zip(state, taken, strict=False):
+        for state, (_, values, _) in zip(self._states, self._found, strict=True):
+            for line, value in zip(state, values, strict=False):
                 line.append(value)
 
 
@@ -249,7 +249,7 @@ class _Single:
         count = len(self._unit.outputs)
         self._taken = list(results[count:])
         numbers = [[float(r[0, k]) for r in results] for k in range(LANES)]
-        lanes = [(own[:count], own[count:], str(refused[0, k])) for k, own in enumerate(numbers)]
+        lanes = [(row[:count], row[count:], str(refused[0, k])) for k, row in enumerate(numbers)]
         return [self._exact.tried(point)[0], *(([], [], lane[2]) if lane[2] else lane for lane in lanes)]
 
     def keep(self) -> None:

@@ -59,15 +59,15 @@ def _logic(op: str, operands: tuple[Expr, ...]) -> Expr:
 def _without_unread(program: Program, body: Sequence[Statement]) -> Program:
     """Return a program of some statements without those that no later one needs."""
     live = set().union(*map(read, program.results))
-    kept: list[Statement] = []
+    statements: list[Statement] = []
     for statement in reversed(body):
         if isinstance(statement, Refuse) or writes(statement) & live:
             if isinstance(statement, Locate) and statement.rest not in live:
                 statement = replace_fields(statement, wants_rest=False)
             live |= reads(statement)
-            kept.append(statement)
+            statements.append(statement)
     tables = tuple((name, values) for name, values in program.tables if name in live)
-    return replace_fields(program, tables=tables, body=tuple(reversed(kept)))
+    return replace_fields(program, tables=tables, body=tuple(reversed(statements)))
 
 
 def with_named_state(program: Program) -> Program:
@@ -96,8 +96,8 @@ def renamed(program: Program, arguments: Sequence[str]) -> Program:
 
 def with_prefix(program: Program, prefix: str) -> Program:
     """Return a program whose values and tables have a prefix, so that it can follow another one."""
-    kept = {*program.arguments, STATE}
-    return map_names(program, lambda name: name if name in kept else prefix + name)
+    names = {*program.arguments, STATE}
+    return map_names(program, lambda name: name if name in names else prefix + name)
 
 
 def quotient(node: Expr) -> Expr:

@@ -120,10 +120,10 @@ class Roundings:
 
     def _locate(self, statement: Locate) -> None:
         knots, x = nearest(statement.knots), self._value(statement.x)
-        held = np.where(x < knots[0], knots[0], np.where(x > knots[-1], knots[-1], x))
-        place = np.searchsorted(knots, held, side="right") - 1
+        position = np.where(x < knots[0], knots[0], np.where(x > knots[-1], knots[-1], x))
+        place = np.searchsorted(knots, position, side="right") - 1
         self._values[statement.name] = statement.stride * place
-        self._values[statement.rest] = self._rounded(held - knots[place])
+        self._values[statement.rest] = self._rounded(position - knots[place])
 
     def _add_up(self, statement: Accumulate) -> None:
         """Compute the summands of all entries at once, and add them one after the other."""

@@ -67,8 +67,8 @@ def comments(texts: Sequence[str]) -> list[str]:
 class _Block:
     def __init__(self, unit: Unit) -> None:
         self.unit, self.name = unit, block_name(unit)
-        taken = [*ST_RESERVED, self.name.lower(), TIME, "refused", "valid", *([] if unit.is_step else ["adapted"])]
-        names = Names(taken, fold=True)
+        words = [*ST_RESERVED, self.name.lower(), TIME, "refused", "valid", *([] if unit.is_step else ["adapted"])]
+        names = Names(words, fold=True)
         self.arguments = [names.claim(i) for i in unit.inputs]
         self.arguments += [TIME] if unit.takes_time else []
         self.outputs = [names.claim(o) for o in unit.outputs]
@@ -93,8 +93,10 @@ class _Block:
 
     def text(self) -> str:
         unit = self.unit
-        own = (n for e in expressions(unit.program) for n in walk(e) if isinstance(n, Number))
-        partial = bool(functions(unit.program) & PARTIAL) or (unit.is_step and any(math.isnan(n.value) for n in own))
+        numbers = (n for e in expressions(unit.program) for n in walk(e) if isinstance(n, Number))
+        partial = bool(functions(unit.program) & PARTIAL) or (
+            unit.is_step and any(math.isnan(n.value) for n in numbers)
+        )
         while True:
             before = (partial, len(self.missing))
             partial = partial or bool(self.missing)
@@ -117,12 +119,12 @@ class _Block:
         return f"{name}[{self.oldest[k]}]" if self.oldest[k] else name
 
     def _writer(self, *, partial: bool) -> STText:
-        own, unit = self.unit.program.arguments, self.unit
+        arguments, unit = self.unit.program.arguments, self.unit
         slots = [self._place(k, name) for k, name in enumerate(self.slots)]
-        names = dict(zip(own, [*self.arguments, *self.consequents, *slots, *self.numbers], strict=True))
+        names = dict(zip(arguments, [*self.arguments, *self.consequents, *slots, *self.numbers], strict=True))
         missing = {f"s{k}": self._place(k, self.flags[k]) for k in self.missing}
         extrapolated = [] if unit.is_step else [i.extrapolate for i in unit.plan.inputs]
-        infinite = {name for name, is_open in zip(own, extrapolated, strict=False) if is_open}
+        infinite = {name for name, is_open in zip(arguments, extrapolated, strict=False) if is_open}
         notes = {name: comments(note) for name, note in value_notes(unit).items()}
         return STText(unit.precision, names, partial=partial, infinite=infinite, notes=notes, absent=missing)
 
@@ -250,23 +252,23 @@ class _Block:
     def _stores(self, writer: STText, depth: int) -> Iterator[str]:
         """Yield lines that store the state; earlier lines have read it."""
         pad = INDENT * depth
-        taken = []
+        texts = []
         for k, value in enumerate(self.unit.taken):
-            own = f"u{k}"
+            text = f"u{k}"
             if isinstance(value, Number) and math.isfinite(value.value):
-                own = writer.number(value.value)
+                text = writer.number(value.value)
             elif isinstance(value, Name) and value.name in writer.reals:
-                own = value.name
+                text = value.name
             else:
-                yield from writer.assigned(own, value, depth)
-                writer.reals.append(own)
-            taken.append(own)
-        for k, (own, slot) in enumerate(zip(taken, self.unit.slots, strict=True)):
-            if writer.flag_of(own):
+                yield from writer.assigned(text, value, depth)
+                writer.reals.append(text)
+            texts.append(text)
+        for k, (text, slot) in enumerate(zip(texts, self.unit.slots, strict=True)):
+            if writer.flag_of(text):
                 self.missing.add(k)
             if k in self.missing:
-                yield f"{pad}{self._place(k, self.flags[k])} := {writer.flag_of(own) or 'FALSE'};"
-            yield f"{pad}{self._place(k, self.slots[k])} := {own};"
+                yield f"{pad}{self._place(k, self.flags[k])} := {writer.flag_of(text) or 'FALSE'};"
+            yield f"{pad}{self._place(k, self.slots[k])} := {text};"
             if slot.length > 1:
                 yield f"{pad}{self.oldest[k]} := ({self.oldest[k]} + 1) MOD {slot.length};"
 

@@ -212,8 +212,8 @@ class STText:
         """Return the text of whether a variable has no value."""
         parts = [self._missing[name]] if name in self._missing else []
         # Functions of the user may give NaN themselves.
-        own = self.names.get(name, name)
-        parts += [f"({own} <> {own})"] if self.partial else []
+        variable = self.names.get(name, name)
+        parts += [f"({variable} <> {variable})"] if self.partial else []
         return f"({' OR '.join(parts)})" if len(parts) > 1 else parts[0] if parts else "FALSE"
 
     def flag_of(self, name: str) -> str:
@@ -252,12 +252,12 @@ class STText:
     def _call(self, function: str, texts: Sequence[str]) -> str:
         if function == "whole":
             return f"DINT_TO_{self.real}(TRUNC({texts[0]}))"
-        own = PRIMITIVES.get(ALIASES.get(function, function))
-        if own is None or not own.st:
+        primitive = PRIMITIVES.get(ALIASES.get(function, function))
+        if primitive is None or not primitive.st:
             raise CodegenError(f"Structured Text has no standard function for '{function}'", function)
-        if own.st.isidentifier():
-            return f"{own.st}({', '.join(texts)})"
-        return own.st.format(*texts, zero=self.number(0.0), one=self.number(1.0))
+        if primitive.st.isidentifier():
+            return f"{primitive.st}({', '.join(texts)})"
+        return primitive.st.format(*texts, zero=self.number(0.0), one=self.number(1.0))
 
     def _item(self, array: str, index: int | str | Place) -> str:
         if isinstance(index, Place):

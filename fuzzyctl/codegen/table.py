@@ -68,9 +68,9 @@ def tabulated(algorithm: Algorithm, points: int) -> Tabulated:
         )
     slopes = _steepest(flat, inputs, knots)
     values = _values(algorithm, inputs, knots)
-    if max(max(map(abs, own)) for own in values) > _LARGEST / slopes:
+    if max(max(map(abs, entries)) for entries in values) > _LARGEST / slopes:
         raise CodegenError("the values of the outputs are too large for a table of these ranges")
-    tables = tuple(Table(own, (), min(own), max(own)) for own in values)
+    tables = tuple(Table(entries, (), min(entries), max(entries)) for entries in values)
     result = Grid(inputs, knots, tables)
     if grid is not None and not any(t.weight for t in grid.outputs):
         errors, proof = _compared(grid, result), "exact, at all corners of both partitions"
@@ -78,8 +78,8 @@ def tabulated(algorithm: Algorithm, points: int) -> Tabulated:
         from fuzzyctl.codegen.table_error import enclosed  # numpy, which other targets do without
 
         errors, proof = enclosed(flat, result), "by interval analysis of each cell"
-    for output, own, error in zip(flat.outputs, values, errors, strict=True):
-        span = max(output.upper - output.lower, max(own) - min(own))
+    for output, entries, error in zip(flat.outputs, values, errors, strict=True):
+        span = max(output.upper - output.lower, max(entries) - min(entries))
         if not error <= USEFUL * span:
             raise CodegenError(
                 f"no useful bound is found for the error of a table of {output.name!r} with {points} points along each "
@@ -121,8 +121,8 @@ def _steepest(flat: Plan, inputs: Sequence[int], knots: Sequence[Sequence[float]
         CodegenError: For ranges where such products would leave double precision.
     """
     least = most = 1.0
-    for i, own in zip(inputs, knots, strict=True):
-        widths = [b - a for a, b in pairwise(own)]
+    for i, axis in zip(inputs, knots, strict=True):
+        widths = [b - a for a, b in pairwise(axis)]
         if not all(1.0 / STEEPEST < w < STEEPEST for w in widths):
             raise CodegenError(f"the range of {flat.inputs[i].name!r} is too small or too large for a table")
         least, most = least * min(1.0, *widths), most * max(1.0, *widths)
@@ -165,11 +165,11 @@ def _compared(exact: Grid, table: Grid) -> tuple[float, ...]:
     if math.prod(map(len, joint)) > _MOST_CORNERS:
         raise CodegenError(f"the error of the table is not bounded: it has more than {_MOST_CORNERS:,} corners to test")
     errors = []
-    for own, other in zip(exact.outputs, table.outputs, strict=True):
+    for reference, other in zip(exact.outputs, table.outputs, strict=True):
         with np.errstate(all="ignore"):  # a value that overflows has no useful bound
-            difference = _at(own.value, exact.knots, joint) - _at(other.value, table.knots, joint)
+            difference = _at(reference.value, exact.knots, joint) - _at(other.value, table.knots, joint)
         # Entries are rounded, and so are the weights of this comparison.
-        slack = 64.0 * len(joint) * 2.0**-52 * max(map(abs, own.value))
+        slack = 64.0 * len(joint) * 2.0**-52 * max(map(abs, reference.value))
         errors.append(float(np.max(np.abs(difference))) + slack)
     return tuple(errors)
 
@@ -179,8 +179,8 @@ def _at(values: Sequence[float], knots: Sequence[Sequence[float]], places: Seque
     import numpy as np
 
     result = np.array(values, dtype=np.float64).reshape([len(k) for k in knots])
-    for axis, (own, at) in enumerate(zip(knots, places, strict=True)):
-        weights = np.array([np.interp(at, own, row) for row in np.eye(len(own))]).reshape(len(own), len(at))
+    for axis, (grid, at) in enumerate(zip(knots, places, strict=True)):
+        weights = np.array([np.interp(at, grid, row) for row in np.eye(len(grid))]).reshape(len(grid), len(at))
         result = np.moveaxis(np.tensordot(result, weights, axes=(axis, 0)), -1, axis)
     return result
 

@@ -100,11 +100,11 @@ def _enclosed(flat: Plan, table: Grid) -> tuple[float, ...]:
         if not count or _has_pole(most, pending, scale):
             break
         halves = pending.chosen(order[:count]).halved(scale)
-        own, least = _errors(program, table, halves)
+        upper, least = _errors(program, table, halves)
         left -= halves.count
         attained = np.maximum(attained, least.max(axis=1, keepdims=True))
         pending = pending.chosen(order[count:]).joined(halves)
-        most = np.concatenate((most[:, order[count:]], own), axis=1)
+        most = np.concatenate((most[:, order[count:]], upper), axis=1)
     worst = most.max(axis=1)
     slack = [1e-12 * max(map(abs, t.value)) for t in table.outputs]
     return tuple(float(w) + s for w, s in zip(worst, slack, strict=True))
@@ -124,15 +124,15 @@ def _cost(program: Program) -> int:
             case Assign(value=value):
                 total += sum(1 for _ in walk(value))
             case Accumulate(count=count, body=body, sums=sums):
-                total += count * sum(1 for own in (*body, *sums) for _ in walk(own.value))
+                total += count * sum(1 for step in (*body, *sums) for _ in walk(step.value))
     return total
 
 
 def _sides(flat: Plan, position: int, knots: Sequence[float]) -> list[tuple[float, float]]:
     """Return stretches between knots and corners of terms, and the corners: slopes jump there, and terms may."""
     sets = [d.set for d in flat.degrees if d.variable == position]
-    found = {x for s in sets for x in ([v[0] for v in s.vertices] or s.pieces)}
-    corners = {x for x in found if knots[0] <= x <= knots[-1]}
+    places = {x for s in sets for x in ([v[0] for v in s.vertices] or s.pieces)}
+    corners = {x for x in places if knots[0] <= x <= knots[-1]}
     sides = [(x, x) for x in sorted(corners)]
     for a, b in pairwise(sorted({*knots, *corners})):
         start = math.nextafter(a, math.inf) if a in corners else a
@@ -170,8 +170,8 @@ def _errors_of_some(program: Program, table: Grid, own: Boxes) -> tuple[Array, A
 def _system(program: Program, table: Grid, own: Boxes) -> list[tuple[Array, Array, tuple[Array, Array]]]:
     """Enclose each output and its slopes in each box."""
     names = {name: constant(0.0) for name in program.arguments}
-    given = boxes(own.lo, own.hi)
-    names |= {program.arguments[i]: e for i, e in zip(table.inputs, given, strict=True)}
+    enclosures = boxes(own.lo, own.hi)
+    names |= {program.arguments[i]: e for i, e in zip(table.inputs, enclosures, strict=True)}
     shape = own.lo.shape
     system = []
     for e in Interpreter(names).run(program, range(len(program.results))):
@@ -202,9 +202,9 @@ def _at_corners(values: Array, knots: Sequence[Sequence[float]], own: Boxes) -> 
 def _at(values: Array, knots: Sequence[Sequence[float]], points: Array) -> Array:
     """Return a table at points of shape (inputs, points)."""
     cells, shares = [], []
-    for own, x in zip(knots, points, strict=True):
-        places = np.array(own)
-        cell = np.clip(np.searchsorted(places, x, side="right") - 1, 0, len(own) - 2)
+    for axis, x in zip(knots, points, strict=True):
+        places = np.array(axis)
+        cell = np.clip(np.searchsorted(places, x, side="right") - 1, 0, len(axis) - 2)
         cells.append(cell)
         shares.append((x - places[cell]) / (places[cell + 1] - places[cell]))
     total = np.zeros(points.shape[1])

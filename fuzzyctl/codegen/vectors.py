@@ -90,8 +90,8 @@ def in_parts(unit: Unit, *, seed: int = 1) -> tuple[list[Vector], list[Vector]]:
     # Without a state every point is rounded at once.
     alike = narrow.rounded_alike(tried) if not narrow.state else None
     for k, point in enumerate(tried):
-        kept = alike[k] if alike is not None else narrow.rounded_alike([point])[0]
-        if kept and narrow.steady(point) and wide.steady(point):
+        same = alike[k] if alike is not None else narrow.rounded_alike([point])[0]
+        if same and narrow.steady(point) and wide.steady(point):
             anywhere.append(wide.next(point))
             narrow.next(point)
         elif unit.precision == "double":
@@ -182,15 +182,15 @@ class Reference:
             self._single.keep()
         return result
 
-    def _after(self, found: Vector) -> list[float]:
+    def _after(self, vector: Vector) -> list[float]:
         """Return the state after a vector, which holds and adapts."""
         flat, state = self.unit.plan, list(self.state)
-        if not found.refused:
+        if not vector.refused:
             for k, o in enumerate(flat.held, start=len(flat.states)):
-                if not math.isnan(found.outputs[o]):
-                    state[k] = found.outputs[o]
+                if not math.isnan(vector.outputs[o]):
+                    state[k] = vector.outputs[o]
         if self._rates is not None:
-            self._adapt(self._rates, found.inputs, state)
+            self._adapt(self._rates, vector.inputs, state)
         return state
 
     def _adapt(self, write_rates: Callable[..., Any], point: Sequence[float], state: list[float]) -> None:
@@ -208,11 +208,11 @@ class Reference:
     def rounded_alike(self, tried: Sequence[tuple[float, ...]]) -> list[bool]:
         """Return for some points whether single precision, however it rounds, stays near, and so does the state."""
         assert self._single is not None
-        own = [self.evaluate(point) for point in tried]
+        vectors = [self.evaluate(point) for point in tried]
         lanes = self._single.vectors(tried)
         return [
             all(self._alike(a, b) for b in result) and all(self._same_state(self._after(a), after) for after in states)
-            for a, (result, states) in zip(own, lanes, strict=True)
+            for a, (result, states) in zip(vectors, lanes, strict=True)
         ]
 
     def _same_state(self, a: Sequence[float], b: Sequence[float]) -> bool:
@@ -222,15 +222,15 @@ class Reference:
 
     def steady(self, point: Sequence[float]) -> bool:
         """Return whether outputs are the same within the last bits of inputs, activations and constants."""
-        own = self.evaluate(point)
-        if not self._alike(own, self._evaluated(self._coarse, point)):
+        vector = self.evaluate(point)
+        if not self._alike(vector, self._evaluated(self._coarse, point)):
             return False
         others = neighbours(
             point, self.unit.precision, [max(abs(i.lower), abs(i.upper)) for i in self.unit.plan.inputs]
         )
-        after = self._after(own)
+        after = self._after(vector)
         near = [self.evaluate(other) for other in others]
-        return all(self._alike(own, result) and self._same_state(after, self._after(result)) for result in near)
+        return all(self._alike(vector, result) and self._same_state(after, self._after(result)) for result in near)
 
     def _alike(self, a: Vector, b: Vector) -> bool:
         if a.refused != b.refused:
@@ -264,11 +264,11 @@ class _Single:
         refused = np.where(np.isnan(numbers).any(axis=1)[:, None], "", refused)
         if self._state:
             self._next = self._after(numbers, results)
-        found = []
+        rows = []
         for i, point in enumerate(tried):
             lanes = [Vector(point, tuple(float(r[i, k]) for r in results), str(refused[i, k])) for k in range(LANES)]
-            found.append((lanes, [tuple(float(s[i, k]) for s in self._next) for k in range(LANES)]))
-        return found
+            rows.append((lanes, [tuple(float(s[i, k]) for s in self._next) for k in range(LANES)]))
+        return rows
 
     def _after(self, numbers: Numbers, results: list[Numbers]) -> list[Numbers]:
         flat, state = self.unit.plan, list(self._state)
@@ -279,8 +279,8 @@ class _Single:
         rates, refused = self._rates.run(numbers, state)
         for k, (o, _) in enumerate(flat.states):
             value = nearest(state[k] + nearest(nearest(STEP) * rates[k]))
-            held = np.clip(value, nearest(flat.outputs[o].lower), nearest(flat.outputs[o].upper))
-            state[k] = np.where(np.isnan(value) | (refused != ""), state[k], held)
+            number = np.clip(value, nearest(flat.outputs[o].lower), nearest(flat.outputs[o].upper))
+            state[k] = np.where(np.isnan(value) | (refused != ""), state[k], number)
         return state
 
 

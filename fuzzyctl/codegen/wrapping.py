@@ -28,17 +28,17 @@ def broken(lines: Iterable[str], further: str, width: int = WIDTH) -> Iterator[s
 
 
 def _parts(line: str, further: str, width: int) -> Iterator[str]:
-    own = pad = line[: len(line) - len(line.lstrip())]
+    indent = pad = line[: len(line) - len(line.lstrip())]
     level = 0
     while len(line) > width:
-        found = _place(line, len(own) + 1, width)
-        if found is None:
+        split = _place(line, len(indent) + 1, width)
+        if split is None:
             break
-        place, deeper = found
+        place, deeper = split
         yield line[:place].rstrip()
         level += deeper
-        own = pad + further * (1 + level)
-        line = own + line[place:].lstrip()
+        indent = pad + further * (1 + level)
+        line = indent + line[place:].lstrip()
     yield line
 
 

@@ -88,9 +88,9 @@ def without_other_loops(
     def stays(span: Span | None) -> bool:
         return span is None or not any(span.line in lines for lines in left_out)
 
-    kept = [d for d in mistakes if stays(d.span)]
+    rest = [d for d in mistakes if stays(d.span)]
     statements = tuple(s for s in tree.statements if stays(s.span))
-    return dataclasses.replace(tree, statements=statements, repaired=tree.repaired and bool(kept)), kept
+    return dataclasses.replace(tree, statements=statements, repaired=tree.repaired and bool(rest)), rest
 
 
 def bring_in(tree: sx.SyntaxTree, folder: Path | None) -> tuple[sx.SyntaxTree, list[Diagnostic]]:

@@ -41,9 +41,9 @@ def with_params(block: WithEquations, values: Mapping[str, float]) -> WithEquati
     """
     changed: Any = block
     changed = with_values(with_instance_params(changed, values), values)
-    found = list(numbers_of_all(changed))
-    if found:
-        raise DiagnosticError(found)
+    mistakes = list(numbers_of_all(changed))
+    if mistakes:
+        raise DiagnosticError(mistakes)
     parts_of(changed)
     return cast("WithEquations", changed)
 
@@ -79,11 +79,11 @@ def with_numbers(block: WithEquations, values: Mapping[str, Any]) -> WithEquatio
         from fuzzyctl.simulation.loop_params import with_settings
 
         return cast("WithEquations", with_settings(block, changes))
-    known = [p.name for p in block.params]
-    known += [f"{i.name}.{p.name}" for i in block.instances for p in block.callee(i).params]
+    names = [p.name for p in block.params]
+    names += [f"{i.name}.{p.name}" for i in block.instances for p in block.callee(i).params]
     for name, value in changes.items():
-        if name not in known:
-            raise UnknownNameError("free number", name, [*known, *(f"{s}.NAME" for s in sorted(named))])
+        if name not in names:
+            raise UnknownNameError("free number", name, [*names, *(f"{s}.NAME" for s in sorted(named))])
         if not is_finite(value):
             raise ValueOutOfBoundsError(f"free number {name!r}", value, "a finite number")
     instances = tuple(i.with_values(changes) for i in block.instances)
@@ -97,8 +97,8 @@ def _with_values(system: Any, values: Mapping[str, Any]) -> Any:
     try:
         return system.with_values(values)
     except UnknownNameError as error:
-        known = [f"{system.name}.{name}" for name in error.known]
-        raise UnknownNameError(error.kind, f"{system.name}.{error.name}", known) from None
+        names = [f"{system.name}.{name}" for name in error.known]
+        raise UnknownNameError(error.kind, f"{system.name}.{error.name}", names) from None
     except ArgumentError as error:
         raise ArgumentError(f"system '{system.name}': {error}") from None
     except ValueOutOfBoundsError as error:
@@ -147,8 +147,8 @@ def _equations(plant: EquationBlock) -> Equations:
         """Put a value of the step before in place of a delayed one."""
         if not (isinstance(expr, Call) and expr.function in PLANT_FUNCTIONS):
             return expr
-        given = bound(PLANT_FUNCTIONS[expr.function], expr)
-        return Call("previous", (given["x"],)) if params.of(given["time"]) else given["x"]
+        arguments = bound(PLANT_FUNCTIONS[expr.function], expr)
+        return Call("previous", (arguments["x"],)) if params.of(arguments["time"]) else arguments["x"]
 
     def without_delays(expr: Expr) -> Expr:
         delayed = any(isinstance(e, Call) and e.function in PLANT_FUNCTIONS for e in ex.walk(expr))
@@ -246,9 +246,9 @@ def _of_measures(d: Diagnostic) -> Diagnostic:
 
 def _arguments(instance: Instance, inputs: list[str]) -> list[Definition]:
     """Return the inputs of a block of a loop as definitions `NAME.INPUT`."""
-    given = [a for a in instance.arguments if not isinstance(a, Keyword)]
+    positional = [a for a in instance.arguments if not isinstance(a, Keyword)]
     named = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword) and a.name in inputs}
-    values = dict(zip(inputs, given, strict=False)) | named
+    values = dict(zip(inputs, positional, strict=False)) | named
     return [Definition(name=f"{instance.name}.{n}", value=v, span=instance.span) for n, v in values.items()]
 
 

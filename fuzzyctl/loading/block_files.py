@@ -45,15 +45,15 @@ def with_interface(plant: Plant, head: sx.Head, folder: Path | None) -> tuple[Pl
 
     try:
         path, source = named_file(text.text, span, folder)
-        found = _assigned(source, report)
+        interface = _assigned(source, report)
     except DiagnosticError as error:
         return plant, list(error.diagnostics)
     read = dataclasses.replace(
         plant,
         python=str(path),
-        inputs=tuple(Signal(name=n) for n in found["inputs"]),
-        states=tuple(State(name=n, start=Number(float(v))) for n, v in found["states"].items()),
-        results=tuple(Result(name=n, value=Name(n)) for n in found["outputs"]),
+        inputs=tuple(Signal(name=n) for n in interface["inputs"]),
+        states=tuple(State(name=n, start=Number(float(v))) for n, v in interface["states"].items()),
+        results=tuple(Result(name=n, value=Name(n)) for n in interface["outputs"]),
     )
     return read, []
 
@@ -166,9 +166,9 @@ def check_csv(loop: Loop, folder: Path | None) -> list[Diagnostic]:
 
 
 def _check_columns(call: Call, folder: Path | None) -> list[Diagnostic]:
-    given = {n: e for n, e in bound(SIGNALS["csv"], call).items() if isinstance(e, Text)}
+    texts = {n: e for n, e in bound(SIGNALS["csv"], call).items() if isinstance(e, Text)}
     try:
-        file = given["file"]
+        file = texts["file"]
         assert file.span is not None
         _, source = named_file(file.text, file.span, folder)
     except DiagnosticError as error:
@@ -176,12 +176,12 @@ def _check_columns(call: Call, folder: Path | None) -> list[Diagnostic]:
     header = [name.strip() for name in next(csv.reader(source.text.splitlines()), [])]
     columns = []
     for setting in ("column", "time"):
-        name = given[setting].text
+        name = texts[setting].text
         if name and name not in header:
             message = f"'{file.text}' has no column '{name}'"
             facts = (f"columns: {listed(header)}",) if header else ("the file is empty",)
             help_text = did_you_mean(name, header)
-            columns.append(Diagnostic("FZ202", message, given[setting].span, facts=facts, help=help_text))
+            columns.append(Diagnostic("FZ202", message, texts[setting].span, facts=facts, help=help_text))
     return columns
 
 
@@ -225,8 +225,8 @@ def fmu_plant(path: str | os.PathLike[str], name: str = "plant") -> Plant:
     try:
         fmu = read_description(os.fspath(path))
     except FmuError as error:
-        found = Diagnostic("FZ218", error.message, facts=error.facts, help=error.help_text, file=os.fspath(path))
-        raise DiagnosticError([found]) from None
+        diagnostic = Diagnostic("FZ218", error.message, facts=error.facts, help=error.help_text, file=os.fspath(path))
+        raise DiagnosticError([diagnostic]) from None
     return _with_signals(Plant(name=name), fmu)
 
 

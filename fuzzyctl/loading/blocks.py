@@ -70,8 +70,8 @@ class Blocks:
             if earlier is not head and isinstance(earlier, sx.Head) | isinstance(head, sx.Head):
                 note = (Note(earlier.name.span, "first declared here"),)
                 message = f"there is a block '{head.name.text}' already"
-                found = Diagnostic("FZ201", message, head.name.span, help="rename one of them", notes=note)
-                self.diagnostics.append(found)
+                diagnostic = Diagnostic("FZ201", message, head.name.span, help="rename one of them", notes=note)
+                self.diagnostics.append(diagnostic)
 
     def all(self) -> tuple[EquationBlock, ...]:
         """Return the blocks without mistakes in the order written."""

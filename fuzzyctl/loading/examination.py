@@ -166,9 +166,9 @@ def _examined_systems(
     for part, key in zip(parts, _as_written(tree, parts, broken, hints), strict=True):
         if isinstance(part.head, sx.Head):
             continue
-        system, found = _examine_part(part, broken, hints, key)
+        system, findings = _examine_part(part, broken, hints, key)
         # Warnings are about the file as it is, not as repaired.
-        diagnostics.extend(d for d in found if d.severity == "error" or not tree.repaired)
+        diagnostics.extend(d for d in findings if d.severity == "error" or not tree.repaired)
         systems.extend([system] if system is not None else [])
     return systems, [*diagnostics, *_same_names(systems)]
 
@@ -253,9 +253,9 @@ class _Used:
                 source = read_source(path, only_regular=True)
             except DiagnosticError:
                 return ()
-            found = look_through(source, folder=path.parent, hints=False, opened=self.opened)
-            self.mistakes.extend(d for d in found.reported(found.diagnostics) if d.severity == "error")
-            self.opened[key] = (*found.systems, *found.controllers, *found.plants)
+            content = look_through(source, folder=path.parent, hints=False, opened=self.opened)
+            self.mistakes.extend(d for d in content.reported(content.diagnostics) if d.severity == "error")
+            self.opened[key] = (*content.systems, *content.controllers, *content.plants)
         return self.opened[key]
 
 

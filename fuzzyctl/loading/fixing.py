@@ -47,7 +47,7 @@ def fix_source(source: SourceText, *, folder: Path | None = None, likely: bool =
     wanted: tuple[Applicability, ...] = ("sure", "likely") if likely else ("sure",)
     errors = errors_of(source, folder)
     best, fewest = Fixed(source, ()), len(errors)
-    made: list[Diagnostic] = []
+    repairs: list[Diagnostic] = []
     for _ in range(_ROUNDS):
         chosen = [d for d in errors if d.fix is not None and d.fix.applicability in wanted]
         if likely and not _keeps_meaning(source, chosen, folder):
@@ -56,9 +56,9 @@ def fix_source(source: SourceText, *, folder: Path | None = None, likely: bool =
         if after is None:
             break
         source, errors = after, errors_of(after, folder)
-        made += chosen
+        repairs += chosen
         if len(errors) < fewest:
-            best, fewest = Fixed(source, tuple(made)), len(errors)
+            best, fewest = Fixed(source, tuple(repairs)), len(errors)
     return best
 
 
@@ -76,8 +76,8 @@ def _keeps_meaning(source: SourceText, chosen: Sequence[Diagnostic], folder: Pat
     if not guesses or any(re.search(r"[\w<>=]", r.span.text + r.text) for r in of_claims):  # a decimal point may do
         return not guesses
     after = _after(source, chosen)
-    known = {(d.code, d.message) for d in _diagnostics_of(source, folder)}
-    results = [d for d in _diagnostics_of(after or source, folder) if (d.code, d.message) not in known]
+    before = {(d.code, d.message) for d in _diagnostics_of(source, folder)}
+    results = [d for d in _diagnostics_of(after or source, folder) if (d.code, d.message) not in before]
     words = {w for r in guesses for w in re.findall(NAME, f"{r.span.text} {r.text}")}
     return not any(
         d.code in _CIRCLES or (d.severity == "warning" and not words.isdisjoint(re.findall(rf"'({NAME})'", d.message)))

@@ -82,10 +82,10 @@ class _Calls:
         named = self.systems.get(name)
         other = self.linked(named) if named is not None else None if self.broken else self.elsewhere(name)
         if other is None:
-            known = [n for n in self.systems if n not in self.path]
-            help_text = did_you_mean(name, known) or "add the system, or 'use' the file that holds it"
+            names = [n for n in self.systems if n not in self.path]
+            help_text = did_you_mean(name, names) or "add the system, or 'use' the file that holds it"
             is_blameless = self.broken or named is not None
-            fix = respelt_as_suggested(call.span, name, known)
+            fix = respelt_as_suggested(call.span, name, names)
             return not is_blameless and self._refuse(
                 "FZ202", f"no other system '{name}'", call, help=help_text, fix=fix
             )
@@ -126,9 +126,9 @@ class _Calls:
         if len(call.arguments) != len(inputs):
             message = f"'{call.function}' takes {counted(len(inputs), 'argument')}, not {len(call.arguments)}"
             return self._refuse("FZ303", message, call, help=f"the form is: {call.function}({', '.join(inputs)})")
-        kept = next((o.name for o in other.outputs if o.adaptive is not None or isinstance(o.otherwise, Hold)), None)
-        if kept is not None:
-            message = f"output '{kept}' of '{other.name}' keeps a state, which a system cannot hold"
+        name = next((o.name for o in other.outputs if o.adaptive is not None or isinstance(o.otherwise, Hold)), None)
+        if name is not None:
+            message = f"output '{name}' of '{other.name}' keeps a state, which a system cannot hold"
             return self._refuse("FZ214", message, call, help="call both systems from a controller")
         return True
 
@@ -162,12 +162,12 @@ def link(
     linked, mistakes = [], []
     for system in systems:
         others = {s.name: s for s in systems if s is not system}
-        found = _Links(system, others, elsewhere, broken)
-        kept = tuple(g for g in system.guarantees if found.take(g))
-        if found.compared or len(kept) < len(system.guarantees):
-            system = replace(system, guarantees=kept, compared=tuple(found.compared.values()))
+        links = _Links(system, others, elsewhere, broken)
+        guarantees = tuple(g for g in system.guarantees if links.take(g))
+        if links.compared or len(guarantees) < len(system.guarantees):
+            system = replace(system, guarantees=guarantees, compared=tuple(links.compared.values()))
         linked.append(system)
-        mistakes.extend([*found.mistakes, *(unlike_units(system) if found.compared else ())])
+        mistakes.extend([*links.mistakes, *(unlike_units(system) if links.compared else ())])
     return tuple(linked), mistakes
 
 
@@ -209,16 +209,16 @@ class _Links:
     def _find(self, name: str) -> FuzzySystem | None:
         if name not in self.compared:
             # A file with mistakes may name files that must not be read.
-            found = self.others.get(name) or (None if self.broken else self.elsewhere(name))
-            if found is None:
+            other = self.others.get(name) or (None if self.broken else self.elsewhere(name))
+            if other is None:
                 return None
-            self.compared[name] = replace(found, guarantees=(), compared=())
+            self.compared[name] = replace(other, guarantees=(), compared=())
         return self.compared[name]
 
     def _unknown(self, node: Expr, name: str) -> Diagnostic:
-        known = list(self.others)
-        facts = (f"other systems of the file: {listed(known)}",) if known else ("the file holds no other system",)
-        help_text = did_you_mean(name, known) or "add the system, or 'use' the file that holds it"
+        names = list(self.others)
+        facts = (f"other systems of the file: {listed(names)}",) if names else ("the file holds no other system",)
+        help_text = did_you_mean(name, names) or "add the system, or 'use' the file that holds it"
         if name == self.system.name:
             outputs = listed([o.name for o in self.system.outputs])
             help_text = f"the system's own outputs have no prefix: {outputs}"

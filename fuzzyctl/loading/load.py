@@ -83,26 +83,26 @@ def _not_chosen(
     """Return why none of the blocks of a file is chosen."""
     words = sorted((getattr(kind, "kind", "block") for kind in kinds), key=KINDS.index)
     word, plural = ("block", "blocks") if "block" in words else (_either(words), _either([f"{w}s" for w in words]))
-    known = dict.fromkeys(b.name for b in (meant or [b for b in examined.blocks if isinstance(b, tuple(kinds))]))
-    facts, help_text = [f"{plural}: {', '.join(known)}"] if known else [], ""
+    names = dict.fromkeys(b.name for b in (meant or [b for b in examined.blocks if isinstance(b, tuple(kinds))]))
+    facts, help_text = [f"{plural}: {', '.join(names)}"] if names else [], ""
     if meant:
         word = meant[0].kind if len({b.kind for b in meant}) == 1 else "block"
         message = f"the file holds several {word}s, and none is chosen"
-        facts = [f"{word}s: {', '.join(known)}"]
+        facts = [f"{word}s: {', '.join(names)}"]
         for kind in (k for k in words if k != word and name is None):
             others = [b.name for b in examined.blocks if b.kind == kind]
             facts += [f"{kind}s: {', '.join(others)}"] if others else []
         help_text = f"name one: --block {meant[0].name}, in Python block={meant[0].name!r}"
-    elif known:
-        message, near = f"the file holds no {word} '{name}'", closest(str(name), known)
+    elif names:
+        message, near = f"the file holds no {word} '{name}'", closest(str(name), names)
         help_text = f"did you mean '{near}'?" if near else ""
     else:
         message = f"the file holds no {word}"
-        held = ", ".join(f"{b.kind} '{b.name}'" for b in examined.blocks)
-        facts = [f"it holds: {held}"] if held else []
+        listing = ", ".join(f"{b.kind} '{b.name}'" for b in examined.blocks)
+        facts = [f"it holds: {listing}"] if listing else []
         help_text = _HELP.get(words[0], "")
     other = next((b for b in examined.blocks if b.name == name), None)
-    if other is not None and known:
+    if other is not None and names:
         facts.append(f"'{name}' is a {other.kind}{': a loop runs it' if word == 'loop' else ''}")
         help_text = help_text or ("" if word == "loop" else _INSTEAD.get(other.kind, ""))
     return Diagnostic("FZ502", message, facts=tuple(facts), help=help_text, file=examined.source.name)

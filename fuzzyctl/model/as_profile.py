@@ -44,10 +44,12 @@ def as_profile(system: FuzzySystem, name: ProfileName) -> FuzzySystem:
 
 def _require_as_sound(system: FuzzySystem, changed: FuzzySystem) -> None:
     """Refuse errors that a system has under its new numerics only, such as outputs that read each other in a circle."""
-    found = [d for d in check_model(changed, hints=False) if d.severity == "error"]
-    before = {(d.code, d.message) for d in check_model(system, hints=False)} if found else set()
+    mistakes = [d for d in check_model(changed, hints=False) if d.severity == "error"]
+    before = {(d.code, d.message) for d in check_model(system, hints=False)} if mistakes else set()
     name = changed.method.semantics.profile
-    anew = [replace(d, facts=(*d.facts, f"under profile '{name}'")) for d in found if (d.code, d.message) not in before]
+    anew = [
+        replace(d, facts=(*d.facts, f"under profile '{name}'")) for d in mistakes if (d.code, d.message) not in before
+    ]
     if anew:
         raise DiagnosticError(anew)
 
@@ -56,8 +58,8 @@ def _defuzzifier(defuzzifier: Defuzzifier, old: Profile, new: Profile) -> Defuzz
     base = new.defuzzifier(defuzzifier.kind)
     usual = defuzzifier.resolution == old.defuzzifier(defuzzifier.kind).resolution
     # A file of fuzzylite that says the usual number says it still when another version reads it.
-    said = defuzzifier.resolution is not None and (old.keeps_resolution or not usual)
-    keeps = said and new.keeps_resolution and base.resolution is not None
+    is_set = defuzzifier.resolution is not None and (old.keeps_resolution or not usual)
+    keeps = is_set and new.keeps_resolution and base.resolution is not None
     return base.model_copy(update={"resolution": defuzzifier.resolution}) if keeps else base
 
 

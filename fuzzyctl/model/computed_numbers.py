@@ -82,8 +82,8 @@ class Numbers:
         """Return the terms that are fuzzy sets with sound parameters."""
         results = self._shapes_of.get(id(variable))
         if results is None:
-            given = self.given(variable)
-            results = [(t, p) for t, p in given if MEMBERSHIP[t.membership.kind].mistake(p) is None]
+            pairs = self.given(variable)
+            results = [(t, p) for t, p in pairs if MEMBERSHIP[t.membership.kind].mistake(p) is None]
             self._shapes_of[id(variable)] = results
         return results
 
@@ -98,13 +98,13 @@ class Numbers:
             if term.membership.kind not in MEMBERSHIP:
                 continue
             formula = MEMBERSHIP[term.membership.kind]
-            known = [
+            numbers = [
                 self.value(e) if name in formula.infinite else self.finite(e)
                 for e, name in zip_longest(term.membership.arguments, formula.parameters)
                 if e is not None
             ]
-            values = tuple(v for v in known if v is not None)
-            if len(values) == len(known):
+            values = tuple(v for v in numbers if v is not None)
+            if len(values) == len(numbers):
                 yield term, values
 
 

@@ -89,9 +89,9 @@ class Instance(Node):
     def with_values(self, values: Mapping[str, float]) -> Instance:
         """Return the block with the values of its params that are given as `NAME.PARAM`; other names do not count."""
         changes = {n.partition(".")[2]: v for n, v in values.items() if n.partition(".")[0] == self.name and "." in n}
-        kept = [a for a in self.arguments if not (isinstance(a, Keyword) and a.name in changes)]
-        given = [Keyword(name, Number(float(value))) for name, value in changes.items()]
-        return replace(self, arguments=(*kept, *given)) if changes else self
+        rest = [a for a in self.arguments if not (isinstance(a, Keyword) and a.name in changes)]
+        keywords = [Keyword(name, Number(float(value))) for name, value in changes.items()]
+        return replace(self, arguments=(*rest, *keywords)) if changes else self
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

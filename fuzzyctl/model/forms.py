@@ -44,10 +44,10 @@ class Form:
 
 def bound(form: Form, call: Call) -> dict[str, Expr]:
     """Return the arguments of a well-formed call by name, with the defaults of those not given; pairs are left out."""
-    given = [a for a in call.arguments if not isinstance(a, Keyword | Pair)]
+    positional = [a for a in call.arguments if not isinstance(a, Keyword | Pair)]
     defaults = {n: _default(value) for n, value in form.settings.items() if value is not NEEDED}
     named = {a.name: a.value for a in call.arguments if isinstance(a, Keyword)}
-    return {**defaults, **dict(zip(form.names, given, strict=False)), **named}
+    return {**defaults, **dict(zip(form.names, positional, strict=False)), **named}
 
 
 def _default(value: float | str) -> Expr:

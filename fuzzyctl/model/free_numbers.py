@@ -121,8 +121,8 @@ def _freed(system: FuzzySystem, name: str) -> tuple[FuzzySystem, list[str]]:
     variables = (*system.inputs, *system.outputs, *system.lets)
     declared = next((v for v in variables if v.name == variable), None)
     if declared is None:
-        known = [*(p.name for p in system.params), *(v.name for v in variables)]
-        raise UnknownNameError(_WORD, name, known)
+        names = [*(p.name for p in system.params), *(v.name for v in variables)]
+        raise UnknownNameError(_WORD, name, names)
     if isinstance(declared, Output) and (weights := _WEIGHTS.fullmatch(rest)):
         return _with_weights(system, declared, weights[1])
     word, _, parameter = rest.partition(".")
@@ -155,17 +155,17 @@ def _with_parameter(
 ) -> tuple[FuzzySystem, list[str]]:
     """Return the system with one parameter of a term as a param."""
     membership, prefix = term.membership, f"{variable.name}.{term.name}"
-    known = _parameters(system, membership)
-    if not known:
+    parameters = _parameters(system, membership)
+    if not parameters:
         raise ArgumentError(f"'{prefix}' is a function: make the numbers in it params, and name these")
     name = f"{prefix}.{parameter}"
-    if parameter not in known:
-        raise UnknownNameError(_WORD, name.removesuffix("."), [f"{prefix}.{p}" for p in known])
+    if parameter not in parameters:
+        raise UnknownNameError(_WORD, name.removesuffix("."), [f"{prefix}.{p}" for p in parameters])
     if parameter == "height":
         params = _params(system, name, membership.height)
         terms = tuple(_with(t, height=Name(name)) if t is term else t for t in variable.terms)
     else:
-        value = membership.arguments[known[parameter]]
+        value = membership.arguments[parameters[parameter]]
         params = _params(system, name, value)
         terms = tuple(
             _with(t, arguments=tuple(Name(name) if a is value else a for a in t.membership.arguments))

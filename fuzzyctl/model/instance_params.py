@@ -37,15 +37,17 @@ def _with_one(block: Block, name: str, present: EquationBlock) -> tuple[Block, P
         present: The block with the values at its place, as instances give each other params.
     """
     first, _, rest = name.partition(".")
-    inner, known = _controller_of(block, first), _controller_of(present, first)
-    if inner is None or known is None or any(p.name == name for p in block.params):
+    inner, callee = _controller_of(block, first), _controller_of(present, first)
+    if inner is None or callee is None or any(p.name == name for p in block.params):
         return block, None
     instance = next(i for i in block.instances if i.name == first)
-    given = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
-    numbers = {p.name: evaluate(given[p.name], present.param_values.values) for p in known.params if p.name in given}
-    known = with_values(known, numbers)
+    arguments = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
+    numbers = {
+        p.name: evaluate(arguments[p.name], present.param_values.values) for p in callee.params if p.name in arguments
+    }
+    callee = with_values(callee, numbers)
     if "." in rest:
-        changed, param = _with_one(inner, rest, known)
+        changed, param = _with_one(inner, rest, callee)
         if param is None:
             return block, None
         # A copy of the controller: other instances of the same one keep theirs.
@@ -53,13 +55,13 @@ def _with_one(block: Block, name: str, present: EquationBlock) -> tuple[Block, P
         block = _with_instance(block, instance, replace(instance, controller=changed.name))
         block = replace(block, controllers=(*(c for c in block.controllers if c.name != changed.name), changed))
     else:
-        param = next((_as_numbers(p, known) for p in known.params if p.name == rest), None)
+        param = next((_as_numbers(p, callee) for p in callee.params if p.name == rest), None)
     if isinstance(block, Loop) or param is None:
         return block, param
-    lifted = replace(param, name=name, expression=given.get(rest, param.expression))
+    lifted = replace(param, name=name, expression=arguments.get(rest, param.expression))
     instance = next(i for i in block.instances if i.name == first)
-    kept = tuple(a for a in instance.arguments if not (isinstance(a, Keyword) and a.name == rest))
-    block = _with_instance(block, instance, replace(instance, arguments=(*kept, Keyword(rest, Name(name)))))
+    others = tuple(a for a in instance.arguments if not (isinstance(a, Keyword) and a.name == rest))
+    block = _with_instance(block, instance, replace(instance, arguments=(*others, Keyword(rest, Name(name)))))
     return replace(block, params=(*block.params, lifted)), param
 
 

@@ -193,10 +193,10 @@ class FuzzySystem(Block):
             ValueOutOfBoundsError: For a value that is not finite.
             DiagnosticError: When the system is not well formed with these values, such as feet out of order.
         """
-        known = [p.name for p in self.params]
+        names = [p.name for p in self.params]
         for name, value in values.items():
-            if name not in known:
-                raise UnknownNameError("param", name, known)
+            if name not in names:
+                raise UnknownNameError("param", name, names)
             if not is_finite(value):
                 raise ValueOutOfBoundsError(f"param {name!r}", value, "a finite number")
         params = tuple(

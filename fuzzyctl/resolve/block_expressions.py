@@ -87,14 +87,14 @@ class Expressions(Names):
 
     def _name(self, expr: ex.Name, names: Set[str] | None, kind: str) -> bool:
         name = expr.name
-        known = self.names if names is None else names
+        scope = self.names if names is None else names
         if name.partition(".")[0] in self.lost:
             return False
-        if name not in known and name not in ex.CONSTANTS:
+        if name not in scope and name not in ex.CONSTANTS:
             if help_text := self.instead_of(name, kind) if name in self.names else "":
                 self.context.report("FZ202", f"no {kind} '{name}'", expr.span, help=help_text)
             else:
-                self.context.unknown(kind, expr, self.ordered(known))
+                self.context.unknown(kind, expr, self.ordered(scope))
             return False
         if outputs := self.members.get(name):
             message = f"'{name}' has several outputs" if len(outputs) > 1 else f"'{name}' is a block, not a value"
@@ -211,12 +211,12 @@ class Expressions(Names):
 
     def arguments(self, call: ex.Call, inputs: Sequence[str], params: Sequence[str], inner: Inner) -> bool:
         """Check the arguments of a block: its inputs in order or by name, its params by name."""
-        given = [a for a in call.arguments if not isinstance(a, ex.Keyword)]
+        positional = [a for a in call.arguments if not isinstance(a, ex.Keyword)]
         form = f"the form is: {call.function}({', '.join(inputs)})"
         fine = True
-        bound = set(inputs[: len(given)])
-        if len(given) > len(inputs):
-            message = f"'{call.function}' takes {counted(len(inputs), 'input')}, not {len(given)}"
+        bound = set(inputs[: len(positional)])
+        if len(positional) > len(inputs):
+            message = f"'{call.function}' takes {counted(len(inputs), 'input')}, not {len(positional)}"
             self.context.report("FZ303", message, call.span, help=form)
             fine = False
         for argument in call.arguments:
@@ -232,11 +232,11 @@ class Expressions(Names):
             elif argument.name in params:
                 fine = self.context.check_names(argument.value, self.context.params, "param") and fine
             else:
-                known = [*inputs, *params]
+                names = [*inputs, *params]
                 facts = (f"inputs: {', '.join(inputs)}", *((f"params: {', '.join(params)}",) if params else ()))
                 message = f"'{call.function}' has no input or param '{argument.name}'"
-                help_text = did_you_mean(argument.name, known)
-                fix = respelt_as_suggested(argument.span, argument.name, known)
+                help_text = did_you_mean(argument.name, names)
+                fix = respelt_as_suggested(argument.span, argument.name, names)
                 self.context.report("FZ202", message, argument.span, facts=facts, help=help_text, fix=fix)
                 fine = False
             if isinstance(argument, ex.Keyword):
@@ -250,9 +250,9 @@ class Expressions(Names):
     def form(self, call: ex.Call, forms: Mapping[str, Form], inner: Inner) -> bool:
         """Check a call of a function with named arguments: its signals by `inner`, its settings over params only."""
         form = forms[call.function]
-        given = [a for a in call.arguments if not isinstance(a, ex.Keyword)]
-        bound = dict(zip(form.names, given, strict=False))
-        fine = len(given) <= len(form.names) and not form.pairs
+        positional = [a for a in call.arguments if not isinstance(a, ex.Keyword)]
+        bound = dict(zip(form.names, positional, strict=False))
+        fine = len(positional) <= len(form.names) and not form.pairs
         for argument in call.arguments:
             if isinstance(argument, ex.Keyword):
                 fine = fine and argument.name in form.names and argument.name not in bound

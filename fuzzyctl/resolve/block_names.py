@@ -96,9 +96,9 @@ class Names:
         return self.context.declare(word, what, _SHARED[self.kind])
 
     def _is_new_function(self, word: sx.Word) -> bool:
-        known = any(word.text in names for names in (ex.FUNCTIONS, self.own, FUNCTIONS, OPERATORS))
+        is_known = any(word.text in names for names in (ex.FUNCTIONS, self.own, FUNCTIONS, OPERATORS))
         earlier = self.context.functions.get(word.text)
-        if not known and earlier is None:
+        if not is_known and earlier is None:
             return True
         note = (earlier.name.span, "first declared here") if earlier is not None else None
         self.context.report(

@@ -117,13 +117,13 @@ class Statements(Expressions):
             if name not in states and (name in self.context.unread or "state" in self.context.nameless):
                 self.incomplete = True
             elif name not in states:
-                found = self.what(name)
+                description = self.what(name)
                 facts = (
-                    (f"'{name}' is {found}",)
-                    if found
+                    (f"'{name}' is {description}",)
+                    if description
                     else (f"states: {listed(list(states))}" if states else "there is no state",)
                 )
-                new = f"only a state has a {what}: declare one with another name" if found else ""
+                new = f"only a state has a {what}: declare one with another name" if description else ""
                 help_text = did_you_mean(name, list(states)) or new or f"declare it: state {name} = START"
                 fix = respelt_as_suggested(s.name.span, name, list(states))
                 self.context.report("FZ202", f"no state '{name}'", s.name.span, facts=facts, help=help_text, fix=fix)

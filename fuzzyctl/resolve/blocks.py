@@ -46,16 +46,16 @@ def resolve_blocks(
             case sx.Rule() | sx.Table() | sx.Otherwise():
                 if blocks and members is blocks[-1][1] and blocks[-1][0] in empty:
                     empty.remove(blocks[-1][0])
-                known = len(context.diagnostics)
+                before = len(context.diagnostics)
                 part = _part(context, s)
                 members.extend([part] if part is not None else [])
-                lost = lost or any(d.severity == "error" for d in context.diagnostics[known:])
+                lost = lost or any(d.severity == "error" for d in context.diagnostics[before:])
     if not broken:
         _tell_empty(context, empty)
-    made = [
+    results = [
         _block(context, head, _complete(context, parts, broken=lost)) for head, parts in _each_once(context, blocks)
     ]
-    return (*_complete(context, loose, broken=lost), *(b for b in made if b is not None))
+    return (*_complete(context, loose, broken=lost), *(b for b in results if b is not None))
 
 
 def _part(context: Context, statement: sx.Rule | sx.Table | sx.Otherwise) -> _Part | None:

@@ -58,9 +58,9 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
             is_due = not truth or context.is_condition(claim)
             return _due(context, is_due, "a condition", "a number", span) and _check_call(context, claim) and parts
         case ex.Name(name=name, span=span):
-            known = context.read
-            if name not in known and name not in ex.CONSTANTS and "." not in name:
-                context.unknown("name", claim, known)
+            names = context.read
+            if name not in names and name not in ex.CONSTANTS and "." not in name:
+                context.unknown("name", claim, names)
                 return False
             return _due(context, not truth or context.is_condition(claim), "a condition", "a number", span)
     parts = all([check_claim(context, p, truth=False) for p in ex.children(claim)])
@@ -123,14 +123,14 @@ def _check_call(context: Context, call: ex.Call) -> bool:
 def _unknown_function(context: Context, call: ex.Call) -> None:
     if call.function in context.unread or context.lost_variable or "output" in context.nameless:
         return
-    known = [*ex.FUNCTIONS, *FORMS, *context.outputs]
+    names = [*ex.FUNCTIONS, *FORMS, *context.outputs]
     context.report(
         "FZ202",
         f"no function or output '{call.function}'",
         call.span,
-        facts=(f"functions: {', '.join(known)}",),
-        help=did_you_mean(call.function, known),
-        fix=respelt_as_suggested(call.span, call.function, known),
+        facts=(f"functions: {', '.join(names)}",),
+        help=did_you_mean(call.function, names),
+        fix=respelt_as_suggested(call.span, call.function, names),
     )
 
 
@@ -149,8 +149,8 @@ def _check_form(context: Context, call: ex.Call, truth: bool) -> bool:
     elif due == 2:
         ok = _names(context, call.arguments[1], context.inputs, "input", help_text) and ok
     if is_truth != truth:
-        given = "a condition" if is_truth else "a number"
-        context.report("FZ307", f"'{call.function}' is {given}", call.span, help=help_text)
+        kind = "a condition" if is_truth else "a number"
+        context.report("FZ307", f"'{call.function}' is {kind}", call.span, help=help_text)
         return False
     return ok
 

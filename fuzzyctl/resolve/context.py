@@ -280,8 +280,8 @@ class Context:
 
     def no_condition(self, expr: ex.Expr) -> None:
         """Report a number in place of a condition."""
-        shown = ex.to_text(expr) if isinstance(expr, ex.Name) else "x"
-        help_text = f"compare it, such as: {shown} > 0"
+        example = ex.to_text(expr) if isinstance(expr, ex.Name) else "x"
+        help_text = f"compare it, such as: {example} > 0"
         self.report("FZ307", "expected a condition, found a number", ex.span_of(expr), help=help_text)
 
     def check_call(self, call: ex.Call) -> bool:

@@ -102,9 +102,9 @@ class _Controller(Statements):
         operator = OPERATORS[call.function]
         if pure:
             return self.refuse_state(call)
-        given = [a for a in call.arguments if not isinstance(a, ex.Keyword)]
-        settings = dict(zip(operator.settings, given[1:], strict=False))
-        fine = bool(given) and len(given) <= 1 + len(operator.settings)
+        positional = [a for a in call.arguments if not isinstance(a, ex.Keyword)]
+        settings = dict(zip(operator.settings, positional[1:], strict=False))
+        fine = bool(positional) and len(positional) <= 1 + len(operator.settings)
         for argument in call.arguments:
             if isinstance(argument, ex.Keyword):
                 fine = fine and argument.name in operator.settings and argument.name not in settings
@@ -113,7 +113,7 @@ class _Controller(Statements):
             help_text = f"the form is: {operator.form}"
             self.context.report("FZ303", f"wrong arguments of '{call.function}'", call.span, help=help_text)
             return False
-        checks = [inner(given[0])]
+        checks = [inner(positional[0])]
         for name, value in settings.items():
             if name in ("start", "samples"):
                 checks.append(self.context.check_names(value, self.context.params, "param"))

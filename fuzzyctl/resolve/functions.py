@@ -35,9 +35,9 @@ def expanded(context: Context, expr: ex.Expr) -> ex.Expr | None:
 
 def applied(context: Context, word: sx.Word, arguments: list[ex.Expr]) -> ex.Expr | None:
     """Return a function of the file at arguments: a variable, then its parameters."""
-    given, due = len(arguments) - 1, len(context.functions[word.text].parameters) - 1
-    if given != due:
-        message = f"'{word.text}' takes {counted(due, 'parameter')} besides the variable, not {given}"
+    count, due = len(arguments) - 1, len(context.functions[word.text].parameters) - 1
+    if count != due:
+        message = f"'{word.text}' takes {counted(due, 'parameter')} besides the variable, not {count}"
         names = ", ".join(p.text for p in context.functions[word.text].parameters[1:])
         context.report("FZ303", message, word.span, help=f"the form is: {word.text}({names})")
         return None
@@ -65,15 +65,15 @@ class _Expansion:
         self.level += 1
         parts = [self.expanded(part, names) for part in ex.children(expr)]
         self.level -= 1
-        known = [part for part in parts if part is not None]
-        if len(known) < len(parts):
+        operands = [part for part in parts if part is not None]
+        if len(operands) < len(parts):
             return None
         if isinstance(expr, ex.Call) and expr.function in self.context.functions:
-            return self._applied(expr, known)
+            return self._applied(expr, operands)
         if self.path and self._is_clamp(expr):
-            x, low, high = known
+            x, low, high = operands
             return ex.Call("min", (ex.Call("max", (x, low), ex.span_of(expr)), high), ex.span_of(expr))
-        return ex.rebuilt(expr, known) if known else expr
+        return ex.rebuilt(expr, operands) if operands else expr
 
     def _is_small(self, value: ex.Expr, place: ex.Expr) -> bool:
         """Count the parts of a value; report an expression that grows too large or too deep, once."""

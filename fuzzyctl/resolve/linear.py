@@ -110,8 +110,8 @@ class LinearPlant:
     def _speed(self, coefficients: Sequence[Expr]) -> float:
         """Return a power of two near the largest bound of a root that one coefficient gives."""
         order = len(coefficients)
-        known = [self.values.of(c) for c in coefficients]
-        sizes = [abs(c) ** (1 / (order - k)) for k, c in enumerate(known) if c and math.isfinite(c)]
+        numbers = [self.values.of(c) for c in coefficients]
+        sizes = [abs(c) ** (1 / (order - k)) for k, c in enumerate(numbers) if c and math.isfinite(c)]
         largest = max(sizes, default=1.0)
         return 2.0 ** round(math.log2(largest))
 

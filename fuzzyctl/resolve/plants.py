@@ -35,13 +35,13 @@ def one_line_plant(names: Expressions, call: ex.Call, params: Sequence[Param]) -
         call: Its form, with the right arguments.
         params: Its params.
     """
-    given = bound(PLANTS[call.function], call)
+    arguments = bound(PLANTS[call.function], call)
     if call.function in ("python", "fmu"):
-        file = given["file"]
+        file = arguments["file"]
         assert isinstance(file, ex.Text)
         return {call.function: file.text}
     work = _OneLine(names, call, ParamValues(params, partial=True))
-    plant = {"tf": work.tf, "zpk": work.zpk, "ss": work.ss}[call.function](given)
+    plant = {"tf": work.tf, "zpk": work.zpk, "ss": work.ss}[call.function](arguments)
     return None if plant is None else work.fields(plant)
 
 
@@ -189,8 +189,8 @@ class _OneLine:
         if len(rows) == high and all(len(row) == wide for row in rows):
             return True
         widths = " and ".join(str(w) for w in dict.fromkeys(map(len, rows)))
-        found = f"{counted(len(rows), 'row')} of {widths}"
-        message = f"'{name}' has {found}, not {counted(high, 'row')} of {wide}"
+        size = f"{counted(len(rows), 'row')} of {widths}"
+        message = f"'{name}' has {size}, not {counted(high, 'row')} of {wide}"
         facts = ("A is n x n, B n x inputs, C outputs x n, D outputs x inputs",)
         self.report("FZ222", message, ex.span_of(given[name]), facts=facts, help="give each row its entries")
         return False

@@ -40,24 +40,24 @@ _UNKNOWN: Final = And(operands=())
 def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | None:
     """Resolve a Takagi-Sugeno consequent: `constant(c)`, `linear(a, b, ..., c)`, `function(expression)`."""
     kind = term.kind.text
-    given = _by_name(context, term) if any(isinstance(a, ex.Keyword) for a in term.arguments) else term.arguments
-    if given is None:
+    arguments = _by_name(context, term) if any(isinstance(a, ex.Keyword) for a in term.arguments) else term.arguments
+    if arguments is None:
         return None
     due = {"constant": 1, "function": 1}.get(kind, len(context.inputs) + 1)
-    if len(given) != due and not (kind == "linear" and context.lost_input):
+    if len(arguments) != due and not (kind == "linear" and context.lost_input):
         form = f"linear({', '.join([*(f'per {name}' for name in context.inputs), 'constant'])})"
         help_text = f"the form is: {form if kind == 'linear' else kind + '(expression)'}"
-        message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(given)}"
-        fix = with_decimal_points(term.span, len(given), due)
+        message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(arguments)}"
+        fix = with_decimal_points(term.span, len(arguments), due)
         context.report("FZ303", message, term.span, help=help_text, fix=fix)
         return None
     if kind == "function":
-        whole = expanded(context, given[0])
+        whole = expanded(context, arguments[0])
         formula = context.check_formula(whole, context.read, "param, input or output") if whole is not None else None
         return None if formula is None else Membership(kind=kind, arguments=(formula,), span=term.span)
-    if not all([context.check_names(a, context.params, "param") for a in given]):
+    if not all([context.check_names(a, context.params, "param") for a in arguments]):
         return None
-    return Membership(kind=kind, arguments=given, span=term.span)
+    return Membership(kind=kind, arguments=arguments, span=term.span)
 
 
 def _by_name(context: Context, term: sx.FunctionTerm) -> tuple[ex.Expr, ...] | None:
@@ -202,10 +202,10 @@ def resolve_antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
             return resolve_antecedent(context, operand)
         case sx.Chain(connective=connective, operands=operands, span=span):
             parts = [resolve_antecedent(context, o) for o in operands]
-            known = tuple(p for p in parts if p is not None)
-            if len(known) < len(parts):
+            antecedents = tuple(p for p in parts if p is not None)
+            if len(antecedents) < len(parts):
                 return None
-            return And(operands=known, span=span) if connective == "and" else Or(operands=known, span=span)
+            return And(operands=antecedents, span=span) if connective == "and" else Or(operands=antecedents, span=span)
     raise TypeError(type(truth).__name__)
 
 
@@ -242,10 +242,10 @@ def _runs_on(context: Context, hedges: Sequence[sx.Word]) -> bool:
 
 def known_hedge(context: Context, hedge: sx.Word) -> bool:
     """Check that a hedge is one of the language or of the file."""
-    known = hedge.text in HEDGES or hedge.text in context.hedges
-    if not known:
+    is_hedge = hedge.text in HEDGES or hedge.text in context.hedges
+    if not is_hedge:
         context.unknown("hedge", hedge, [*HEDGES, *context.hedges])
-    return known
+    return is_hedge
 
 
 def _consequent(context: Context, text: sx.ConsequentText) -> Consequent | None:
@@ -259,8 +259,8 @@ def _consequent(context: Context, text: sx.ConsequentText) -> Consequent | None:
     if not hedged:
         term = None
     elif isinstance(text.term, sx.Word):
-        known = _known_term(context, text.output, text.term, context.outputs, "output")
-        term = text.term.text if known else None
+        is_known = _known_term(context, text.output, text.term, context.outputs, "output")
+        term = text.term.text if is_known else None
     else:
         declared = context.outputs.get(text.output.text)
         if declared is None and text.output.text not in context.where:
@@ -299,8 +299,8 @@ def _known_term(context: Context, variable: sx.Word, term: sx.Word, among: dict[
     if declared is None:
         # A variable whose own line was broken is no mistake of the rule's.
         if variable.text not in context.where:
-            known = among if kind == "output" else {**context.inputs, **context.outputs, **context.lets}
-            context.unknown(kind, variable, known)
+            variables = among if kind == "output" else {**context.inputs, **context.outputs, **context.lets}
+            context.unknown(kind, variable, variables)
         elif variable.text in context.params:
             context.report("FZ214", f"'{variable.text}' is a param, not an {kind}", variable.span)
         return False

@@ -167,15 +167,15 @@ def _idle(context: Context, setting: sx.Setting, defuzzifier: Defuzzifier, metho
 
 def resolve_own_setting(context: Context, s: sx.Setting, values: dict[str, Any]) -> bool:
     """Resolve one setting of a system or of an output into the field it sets; False when it has no meaning."""
-    field, known = _FIELDS[s.keyword.text]
-    if s.value.text not in known:
+    field, choices = _FIELDS[s.keyword.text]
+    if s.value.text not in choices:
         context.report(
             "FZ213",
             f"'{s.keyword.text}' knows no '{s.value.text}'",
             s.value.span,
-            facts=(f"one of: {', '.join(known)}",),
-            help=did_you_mean(s.value.text, known),
-            fix=respelt_as_suggested(s.value.span, s.value.text, known),
+            facts=(f"one of: {', '.join(choices)}",),
+            help=did_you_mean(s.value.text, choices),
+            fix=respelt_as_suggested(s.value.span, s.value.text, choices),
         )
         return False
     before = len(context.diagnostics)
@@ -210,9 +210,9 @@ def _defuzzifier_in_force(context: Context, setting: sx.Setting) -> Defuzzifier:
     elif base.resolution is not None and options and "resolution" not in names:
         at = setting.value.span
         options.append(sx.Option(sx.Word("resolution", at), sx.Word(str(base.resolution), at)))
-    given = resolve_options(context, setting.value.text, _once(context, options))
-    settable = {f.name for f in fields(given)} - {"kind"}
-    return replace(base, **{name: getattr(given, name) for name in names if name in settable})
+    defuzzifier = resolve_options(context, setting.value.text, _once(context, options))
+    settable = {f.name for f in fields(defuzzifier)} - {"kind"}
+    return replace(base, **{name: getattr(defuzzifier, name) for name in names if name in settable})
 
 
 def _activation(context: Context, s: sx.Activation) -> Activation:
@@ -221,7 +221,7 @@ def _activation(context: Context, s: sx.Activation) -> Activation:
         context.unknown("activation method", s.kind, ACTIVATIONS, "FZ213")
         return Activation()
     before = len(context.diagnostics)
-    given: dict[str, Any] = {"kind": kind, "span": s.kind.span}
+    values: dict[str, Any] = {"kind": kind, "span": s.kind.span}
     for option in _once(context, s.options):
         name = option.name.text
         if name not in _OPTIONS[kind]:
@@ -229,19 +229,19 @@ def _activation(context: Context, s: sx.Activation) -> Activation:
         elif not context.check_names(option.value, context.params, "param"):
             continue
         elif name == "count":
-            given["count"] = _count(context, option)
+            values["count"] = _count(context, option)
         elif name == "threshold":
-            given["threshold"] = option.value
+            values["threshold"] = option.value
         else:
-            given |= {"comparison": name, "threshold": option.value}
-    missing = _missing(kind, given)
+            values |= {"comparison": name, "threshold": option.value}
+    missing = _missing(kind, values)
     if missing:
         # An option with a mistake may be the one that is missing.
         if len(context.diagnostics) == before:
             help_text = f"write, for example: {_FORM[kind]}"
             context.report("FZ303", f"activation '{kind}' needs {missing}", s.kind.span, help=help_text)
         return Activation()
-    return Activation(**given)
+    return Activation(**values)
 
 
 _FORM: Final = {
@@ -274,21 +274,21 @@ RESOLUTIONS: Final = (2, 1_000_000)
 
 def resolve_options(context: Context, kind: str, options: Iterable[sx.Option]) -> Defuzzifier:
     """Return a defuzzifier with its options, each given at most once; report those without a meaning."""
-    known = DEFUZZIFIERS[kind].options
-    given: dict[str, sx.Option] = {}
+    forms = DEFUZZIFIERS[kind].options
+    by_name: dict[str, sx.Option] = {}
     fields: dict[str, Any] = {}
     for option in options:
         name = option.name.text
-        if not known:
+        if not forms:
             context.report("FZ213", f"'{kind}' takes no options", option.name.span, help="remove it")
-        elif name not in known:
-            context.unknown("option", option.name, tuple(known), "FZ213")
+        elif name not in forms:
+            context.unknown("option", option.name, tuple(forms), "FZ213")
         else:
-            given[name] = option
-            value = _value(context, option, known[name])
+            by_name[name] = option
+            value = _value(context, option, forms[name])
             if value is not None:
                 fields[name] = value
-    _require_samples(context, kind, given)
+    _require_samples(context, kind, by_name)
     return Defuzzifier(kind=kind, **fields)
 
 
@@ -342,10 +342,10 @@ NUMBERS: Final = tuple(name for name, words in CHOICES.items() if not words)
 
 def resolve_semantics(context: Context, statements: Sequence[sx.Statement]) -> Semantics:
     """Resolve the semantics of a system, and enter the profile in force into the context."""
-    found = [s for s in statements if isinstance(s, sx.Semantics)]
-    if not found:
+    choices = [s for s in statements if isinstance(s, sx.Semantics)]
+    if not choices:
         return context.profile.semantics
-    first, *rest = found
+    first, *rest = choices
     for again in rest:
         context.is_first(again.keyword, {"semantics": first.keyword})
     if first.profile.text not in PROFILES:

@@ -29,11 +29,11 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
     outputs = [_variable(context, w, context.outputs, "output") for w in statement.outputs]
     if not _distinct(context, statement.outputs):
         return None
-    known = {**context.inputs, **context.lets, **context.outputs}
-    rows = _variable(context, statement.first, known, "input or output")
+    variables = {**context.inputs, **context.lets, **context.outputs}
+    rows = _variable(context, statement.first, variables, "input or output")
     columns = rows
     if statement.second is not None:
-        columns = _variable(context, statement.second, known, "input or output")
+        columns = _variable(context, statement.second, variables, "input or output")
         if rows is columns and rows is not None:
             context.report("FZ214", f"the table crosses '{statement.first.text}' with itself", statement.second.span)
             return None

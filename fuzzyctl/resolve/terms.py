@@ -48,9 +48,9 @@ def _changed(
 ) -> sx.Variable:
     """Return a variable with other term lines, which it has in the context from now on; None for lines not known."""
     changed = dataclasses.replace(variable, terms=lines or (), incomplete=variable.incomplete or lines is None)
-    for known in (context.inputs, context.lets, context.outputs):
-        if known.get(variable.name.text) is variable:
-            known[variable.name.text] = changed
+    for variables in (context.inputs, context.lets, context.outputs):
+        if variables.get(variable.name.text) is variable:
+            variables[variable.name.text] = changed
     return changed
 
 
@@ -64,10 +64,10 @@ def _lines(
 ) -> tuple[sx.TermLine | sx.TermsLine, ...] | None:
     """Return the lines that a variable takes over; None where there is a mistake, or was one in those lines."""
     name = clause.variable.text
-    known = {**context.inputs, **context.lets, **context.outputs}
-    other = known.get(name)
+    variables = {**context.inputs, **context.lets, **context.outputs}
+    other = variables.get(name)
     if other is None:
-        context.unknown("input or output", clause.variable, known)
+        context.unknown("input or output", clause.variable, variables)
         return None
     source = _clause(other)
     if source is not None:
@@ -142,7 +142,7 @@ def _form(item: sx.PartitionItem) -> str:
 def _joined(items: Sequence[sx.PartitionItem]) -> str:
     """Say how a name is written that ran into its number, such as Z0 for Z@0 or Z=0."""
     sign = next(form for form in map(_form, items) if form)
-    run = next((found for i in items if not _form(i) and (found := _RUN_IN.fullmatch(i.name.text))), None)
+    run = next((match for i in items if not _form(i) and (match := _RUN_IN.fullmatch(i.name.text))), None)
     return f"write {run[1]}{sign}{run[2]}" if run is not None else ""
 
 
@@ -164,5 +164,5 @@ def _uniform(statement: sx.Variable, count: int) -> list[ex.Expr]:
 
 
 def _made(kind: str, arguments: tuple[ex.Expr | None, ...], word: sx.Word) -> Term:
-    given = tuple(a for a in arguments if a is not None)
-    return Term(name=word.text, membership=Membership(kind=kind, arguments=given, span=word.span), span=word.span)
+    parameters = tuple(a for a in arguments if a is not None)
+    return Term(name=word.text, membership=Membership(kind=kind, arguments=parameters, span=word.span), span=word.span)

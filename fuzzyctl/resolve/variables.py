@@ -88,8 +88,8 @@ def _formula(context: Context, statement: sx.Variable, value: ex.Expr) -> ex.Exp
         return _NO_VALUE
     if statement.keyword.text == "let":
         names = ChainMap[str, Any](context.inputs, context.lets, context.params)
-        known = context.check_formula(_arguments_of(whole), names, "param, input or let")
-        return _NO_VALUE if known is None else ex.as_number(whole)
+        formula = context.check_formula(_arguments_of(whole), names, "param, input or let")
+        return _NO_VALUE if formula is None else ex.as_number(whole)
     for clause in statement.clauses:
         if not isinstance(clause, sx.UnitClause | sx.ClampClause):
             word = clause.span.text.split("(")[0].split()[0]
@@ -246,14 +246,14 @@ def _term(context: Context, statement: sx.Variable, line: sx.TermLine) -> Term |
     if formula is None and line.kind.text in context.functions:
         return _own_kind(context, statement, line)
     if formula is None:
-        known = [*MEMBERSHIP, "function", *([] if is_input else ["linear"]), *context.functions]
-        _report_unknown_kind(context, line.kind, known)
+        kinds = [*MEMBERSHIP, "function", *([] if is_input else ["linear"]), *context.functions]
+        _report_unknown_kind(context, line.kind, kinds)
         return None
     arguments = _arguments(context, line, formula)
     if arguments is None:
         return None
-    given, height = arguments
-    membership = Membership(kind=formula.name, arguments=given, height=height, span=line.kind.span)
+    parameters, height = arguments
+    membership = Membership(kind=formula.name, arguments=parameters, height=height, span=line.kind.span)
     return Term(name=line.name.text, membership=membership, span=line.span)
 
 
@@ -300,8 +300,10 @@ def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Me
         n.name for a in line.arguments for n in ex.names_in(a.value)
     }
     if statement.keyword.text == "output" and not is_set:
-        given = (a.value if a.keyword is None else ex.Keyword(a.keyword.text, a.value, a.span) for a in line.arguments)
-        return resolve_function(context, sx.FunctionTerm(line.kind, tuple(given), line.span))
+        arguments = (
+            a.value if a.keyword is None else ex.Keyword(a.keyword.text, a.value, a.span) for a in line.arguments
+        )
+        return resolve_function(context, sx.FunctionTerm(line.kind, tuple(arguments), line.span))
     name = statement.name.text
     if line.kind.text == "linear":
         help_text = f"write a membership function, or: function(expression over {name})"
@@ -335,7 +337,7 @@ def _arguments(
 ) -> tuple[tuple[ex.Expr, ...], ex.Expr] | None:
     """Return the parameters of a term in order, and its height."""
     form = _form(formula)
-    given: dict[str, ex.Expr] = {}
+    by_name: dict[str, ex.Expr] = {}
     rest: list[ex.Expr] = []
     height: ex.Expr = ex.ONE
     named = False
@@ -355,17 +357,17 @@ def _arguments(
             what = "surplus" if i >= len(formula.parameters) else "positional after a named one"
             context.report("FZ303", f"a parameter is {what}", argument.span, help=f"the form is: {form}")
             return None
-        if name in given:
+        if name in by_name:
             message = f"parameter '{name}' is given twice"
             context.report("FZ303", message, argument.span, help=f"the form is: {form}")
             return None
-        given[name] = argument.value
-    if not all([context.check_names(e, context.params, "param") for e in (*given.values(), *rest)]):
+        by_name[name] = argument.value
+    if not all([context.check_names(e, context.params, "param") for e in (*by_name.values(), *rest)]):
         return None
-    height = given.pop("height", height)
-    missing = [p for p in formula.parameters if p not in given]
+    height = by_name.pop("height", height)
+    missing = [p for p in formula.parameters if p not in by_name]
     if missing:
         message = f"'{formula.name}' lacks its parameter{'' if len(missing) == 1 else 's'} {', '.join(missing)}"
         context.report("FZ303", message, line.kind.span.to(line.span), help=f"the form is: {form}")
         return None
-    return (*(given[p] for p in formula.parameters), *rest), height
+    return (*(by_name[p] for p in formula.parameters), *rest), height

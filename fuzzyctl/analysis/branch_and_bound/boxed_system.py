@@ -123,10 +123,10 @@ class System:
     def _states(self) -> list[Enclosure]:
         """Enclosures of the adaptive consequents, then of the outputs that are held."""
         outputs = self.plan.outputs
-        held = [self.bounds[outputs[o].name] for o in self.plan.held]
+        bounds = [self.bounds[outputs[o].name] for o in self.plan.held]
         return [
             *(constant(outputs[o].lower, outputs[o].upper) for o, _ in self.plan.states),
-            *(constant(b.lo, b.hi) for b in held),
+            *(constant(b.lo, b.hi) for b in bounds),
         ]
 
     @cached_property
@@ -149,25 +149,27 @@ class System:
         names = self._constants | inputs
         void = np.array(False)
         for system, wanted in self._named(exprs).items():
-            found, quiet = system.evaluate([inputs[n] for n in system.inputs], [k for k, _ in wanted])
-            names |= {name: e for (_, name), e in zip(wanted, found, strict=True)}
+            enclosures, quiet = system.evaluate([inputs[n] for n in system.inputs], [k for k, _ in wanted])
+            names |= {name: e for (_, name), e in zip(wanted, enclosures, strict=True)}
             void = void | quiet
-        taken: dict[Expr, Enclosure] = {}
+        results: dict[Expr, Enclosure] = {}
 
         def call(expr: Call) -> Enclosure | None:
             nonlocal void
-            if expr not in taken:
+            if expr not in results:
                 if expr.function == "total":
                     (output,) = expr.arguments
                     assert isinstance(output, Name)
-                    taken[expr] = self.strength(list(inputs.values()), self.outputs.index(output.name))
-                    return taken[expr]
+                    results[expr] = self.strength(list(inputs.values()), self.outputs.index(output.name))
+                    return results[expr]
                 where = self._output_of(expr.function)
                 if where is None:
                     return None
-                (taken[expr],), quiet = where[0].evaluate([interpreter.enclose(a) for a in expr.arguments], [where[1]])
+                (results[expr],), quiet = where[0].evaluate(
+                    [interpreter.enclose(a) for a in expr.arguments], [where[1]]
+                )
                 void = void | quiet
-            return taken[expr]
+            return results[expr]
 
         interpreter = Interpreter(names, call=call)
         return [interpreter.enclose(e) for e in exprs], void
@@ -228,9 +230,9 @@ class System:
         if line is not None and line.input is not None:
             breakpoints[line.input].add(float(-line.shift / line.factor))
         systems = [self, *self.compared.values()]
-        for taken in difference.outputs:
-            other = systems[taken.system]
-            for i, argument in enumerate(taken.arguments):
+        for operand in difference.outputs:
+            other = systems[operand.system]
+            for i, argument in enumerate(operand.arguments):
                 if argument.input is not None and (other is not self or argument != self.reader.here[0][i]):
                     bends = [Fraction(x) for x in (*other.breakpoints(i), *other.whole(i)) if isfinite(x)]
                     breakpoints[argument.input] |= {float((x - argument.shift) / argument.factor) for x in bends}

@@ -101,8 +101,8 @@ class _Least:
     def _lower(self, lo: Array, hi: Array) -> tuple[Array, Array, Array]:
         """Return lower bounds over boxes, slopes, and points where the value is low."""
         system, count = self.system, lo.shape[1]
-        (found,), void = system.enclose([self.expr], lo, hi, sloped=True)
-        e = found if self.sign > 0 else negative(found)
+        (enclosure,), void = system.enclose([self.expr], lo, hi, sloped=True)
+        e = enclosure if self.sign > 0 else negative(enclosure)
         natural = np.broadcast_to(e.lo, count)
         void = np.broadcast_to(void, count)
         if e.slopes is None:
@@ -136,19 +136,19 @@ def steepest(system: System, output: int, position: int, work: Work) -> float:
 
 
 def _steepest(system: System, output: int, position: int, search: Search, work: Work) -> float:
-    bounds, shown, settled = np.full(search.lo.shape[1], np.inf), 0.0, 0.0
+    bounds, floor, settled = np.full(search.lo.shape[1], np.inf), 0.0, 0.0
     while search.lo.shape[1] and not search.is_full:
         order = np.argsort(bounds, kind="stable")
         search.lo, search.hi, bounds = search.lo[:, order], search.hi[:, order], bounds[order]
-        if bounds[-1] <= shown * (1.0 + _SLOPE_GAP) or not work.takes(_units(system, search, output)):
+        if bounds[-1] <= floor * (1.0 + _SLOPE_GAP) or not work.takes(_units(system, search, output)):
             break
         count = min(system.batch, len(bounds))
         bounds = bounds[: len(bounds) - count]
         lo, hi = search.take()
         slopes = _slopes(system, output, position, lo, hi)
         middle = middles(lo, hi)
-        shown = max(shown, float(_least_slopes(system, output, position, middle).max(initial=0.0)))
-        keep = slopes > shown * (1.0 + _SLOPE_GAP)
+        floor = max(floor, float(_least_slopes(system, output, position, middle).max(initial=0.0)))
+        keep = slopes > floor * (1.0 + _SLOPE_GAP)
         settled = max(settled, float(slopes[~keep].max(initial=0.0)))
         halved = search.put_halves(lo[:, keep], hi[:, keep], np.zeros_like(lo[:, keep]))
         settled = max(settled, float(slopes[keep][~halved].max(initial=0.0)))

@@ -73,9 +73,9 @@ def holds_in(system: Enclosed, claim: Claim, lo: Array, hi: Array) -> bool:
     """
     compared, conditions = (list(dict.fromkeys(bounds_in(t))) for t in (claim.truth, claim.region))
     with np.errstate(all="ignore"):
-        found, void = system.enclose([b.left - b.right for b in (*conditions, *compared)], lo, hi, sloped=False)
-        upper = {b: e.hi for b, e in zip(conditions, found, strict=False)}
-        lower = {b: e.lo + float(b.tolerance) for b, e in zip(compared, found[len(conditions) :], strict=True)}
+        enclosures, void = system.enclose([b.left - b.right for b in (*conditions, *compared)], lo, hi, sloped=False)
+        upper = {b: e.hi for b, e in zip(conditions, enclosures, strict=False)}
+        lower = {b: e.lo + float(b.tolerance) for b, e in zip(compared, enclosures[len(conditions) :], strict=True)}
         return bool(np.all(surely_false(claim.region, upper) | void | surely_true(claim.truth, lower)))
 
 
@@ -139,12 +139,12 @@ class _Pointwise:
 
     def _why_stuck(self) -> str:
         exprs = [b.left - b.right for b in self.compared]
-        found, _ = self.system.enclose(exprs, *self.search.stuck[0], sloped=False)
-        if any(np.isinf(e.lo).any() for e in found):
+        enclosures, _ = self.system.enclose(exprs, *self.search.stuck[0], sloped=False)
+        if any(np.isinf(e.lo).any() for e in enclosures):
             return "values may be infinite there, or none at all; 'when' can leave such points out"
         if any(
             (e.lo + float(b.tolerance) < -NEAR * (1.0 + e.size)).any()
-            for b, e in zip(self.compared, found, strict=True)
+            for b, e in zip(self.compared, enclosures, strict=True)
         ):
             return "too little is known of values there, as where rules hardly fire; 'when' can leave such points out"
         advice = "; a tolerance, such as 'within 1e-9', settles such points" if self._is_loosened else ""
@@ -161,14 +161,14 @@ class _Pointwise:
         lo, hi = self.search.take()
         count = lo.shape[1]
         exprs = [b.left - b.right for b in (*self.conditions, *self.compared)]
-        found, void = self.system.enclose(exprs, lo, hi, sloped=True)
+        enclosures, void = self.system.enclose(exprs, lo, hi, sloped=True)
         number = len(self.conditions)
-        upper = {b: np.broadcast_to(e.hi, count) for b, e in zip(self.conditions, found, strict=False)}
+        upper = {b: np.broadcast_to(e.hi, count) for b, e in zip(self.conditions, enclosures, strict=False)}
         outside = np.broadcast_to(surely_false(self.claim.region, upper) | void, count)
         lower: dict[Bound, Array] = {}
         exact: dict[Bound, Array] = {}
         steepness, points, lowest = np.zeros_like(lo), middles(lo, hi), np.full(count, np.inf)
-        for b, e, expr in zip(self.compared, found[number:], exprs[number:], strict=True):
+        for b, e, expr in zip(self.compared, enclosures[number:], exprs[number:], strict=True):
             natural = np.broadcast_to(e.lo, count) + float(b.tolerance)
             lower[b] = exact[b] = natural
             if e.slopes is None:

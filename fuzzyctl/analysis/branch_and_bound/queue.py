@@ -159,11 +159,11 @@ class Search:
         """Some of the open boxes, and how many there are."""
         lo = np.hstack([*(s[0] for s in self.stuck), self.lo])
         hi = np.hstack([*(s[1] for s in self.stuck), self.hi])
-        shown = [
+        boxes = [
             {n: _side(float(lo[i, k]), float(hi[i, k])) for i, n in enumerate(self.system.inputs)}
             for k in range(min(_SHOWN, lo.shape[1]))
         ]
-        return tuple(shown), lo.shape[1]
+        return tuple(boxes), lo.shape[1]
 
 
 def _side(lo: float, hi: float) -> Side:

@@ -76,9 +76,9 @@ class _Sloped:
 
     def _why_stuck(self, output: int, axis: int) -> str:
         lo, hi = self.search.stuck[0]
-        (found,), _ = self.system.evaluate(list(self.system.inputs_of(lo, hi, sloped=True).values()), [output])
-        assert found.slopes is not None
-        down, up = (np.broadcast_to(s, lo.shape)[axis] for s in found.slopes)
+        (enclosure,), _ = self.system.evaluate(list(self.system.inputs_of(lo, hi, sloped=True).values()), [output])
+        assert enclosure.slopes is not None
+        down, up = (np.broadcast_to(s, lo.shape)[axis] for s in enclosure.slopes)
         if self._excess(down, up).max() > NEAR * max(1.0, self.slope.limit):
             return "there one formula takes over from another, and slopes are known too roughly beside such points"
         return "the slope comes as close to its bound as rounding"
@@ -86,10 +86,10 @@ class _Sloped:
     def _step(self, output: int, axis: int) -> Witness | None:
         lo, hi = self.search.take()
         inputs = list(self.system.inputs_of(lo, hi, sloped=True).values())
-        (found,), _ = self.system.evaluate(inputs, [output])
-        if found.slopes is None:  # they are 0 throughout
+        (enclosure,), _ = self.system.evaluate(inputs, [output])
+        if enclosure.slopes is None:  # they are 0 throughout
             return None
-        down, up = (np.broadcast_to(s, lo.shape)[axis] for s in found.slopes)
+        down, up = (np.broadcast_to(s, lo.shape)[axis] for s in enclosure.slopes)
         open_ = ~(self._excess(down, up) <= 0.0)
         self.search.settled += int((~open_).sum())
         if not open_.any():

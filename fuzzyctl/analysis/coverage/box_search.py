@@ -246,14 +246,14 @@ class Search:
     def _remaining(self, alive: list[int], box: Mapping[str, Interval]) -> list[int] | None:
         """Return the rules that may still fire in a box, None if one must."""
         truths = self._truths(box)
-        kept: list[int] = []
+        strengths: list[int] = []
         for strength in alive:
             low, high = self._activation(strength, truths)
             if low >= CERTAIN:
                 return None
             if high > 0.0:
-                kept.append(strength)
-        return kept
+                strengths.append(strength)
+        return strengths
 
     def _first_hole(self) -> tuple[int, ...] | None:
         """Return the first cell without a firing rule, input by input; collect the cells where it is not clear."""
@@ -267,16 +267,16 @@ class Search:
             depth = len(position)
             if position:
                 box.update(self._degrees_of(depth - 1, position[-1]))
-            kept = self._remaining(alive, box)
-            if kept is None:
+            strengths = self._remaining(alive, box)
+            if strengths is None:
                 continue
-            if not kept:
+            if not strengths:
                 return (*position, *(0 for _ in self.used[depth:]))
             if depth == len(self.used):
                 self.open_boxes.append(tuple(self.cells[k][c].floats for k, c in enumerate(position)))
                 continue
             self.work.spend(_COPIED * depth * len(self.cells[depth]))
-            waiting.extend(((*position, c), kept) for c in reversed(range(len(self.cells[depth]))))
+            waiting.extend(((*position, c), strengths) for c in reversed(range(len(self.cells[depth]))))
         return None
 
     def _is_hole(self, position: tuple[int, ...]) -> bool:
@@ -347,10 +347,10 @@ class Search:
             degrees: dict[str, Interval] = {}
             for k, floats in enumerate(box):
                 degrees |= self._degrees_in(k, floats)
-            kept = self._remaining(list(self.rules), degrees)
-            if kept is None:
+            strengths = self._remaining(list(self.rules), degrees)
+            if strengths is None:
                 continue
-            if not kept:
+            if not strengths:
                 return self._hole({self.used[k]: Side(*floats) for k, floats in enumerate(box)})
             halves = _halved(box)
             if not halves:

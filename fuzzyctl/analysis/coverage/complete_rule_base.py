@@ -54,9 +54,9 @@ class Conditions:
     def some_rule_fires(self) -> bool:
         """Return whether the rules are a table that is known to be complete; False says nothing about the rules."""
         steps = {step_name(i): step for i, step in enumerate(self.plan.steps)}
-        known = _literals_of_steps(self.degrees, steps)
-        found = {s: _joined(self.plan.strengths[s], known) for s in self.strengths}
-        conditions = {s: literals for s, literals in found.items() if literals}
+        by_step = _literals_of_steps(self.degrees, steps)
+        by_strength = {s: _joined(self.plan.strengths[s], by_step) for s in self.strengths}
+        conditions = {s: literals for s, literals in by_strength.items() if literals}
         # A table may be complete without a rule with a hedge.
         plain = {s: literals for s, literals in conditions.items() if all(n in self.degrees for n in literals.values())}
         return self._covered(conditions, steps) or (len(plain) < len(conditions) and self._covered(plain, steps))
@@ -93,8 +93,8 @@ class Conditions:
 def _least(cells: Sequence[Cell], candidates: Sequence[Sequence[str]], sets: _Sets) -> float:
     """Return a degree that one of some literals has wherever a variable is."""
     least = 1.0
-    for cell, own in zip(cells, candidates, strict=True):
-        least = min(least, _best(cell.floats, own, sets, _HALVINGS))
+    for cell, names in zip(cells, candidates, strict=True):
+        least = min(least, _best(cell.floats, names, sets, _HALVINGS))
         if least == 0.0:
             break
     return least
@@ -102,25 +102,25 @@ def _least(cells: Sequence[Cell], candidates: Sequence[Sequence[str]], sets: _Se
 
 def _literals_of_steps(degrees: Mapping[str, DegreePlan], steps: Mapping[str, Expr]) -> dict[str, Literals | None]:
     """Return the variables that degrees and steps depend on; steps of one variable, as hedged terms, are literals."""
-    known: dict[str, Literals | None] = {name: {d.variable: name} for name, d in degrees.items()}
+    literals: dict[str, Literals | None] = {name: {d.variable: name} for name, d in degrees.items()}
     of_variable = {name: {d.variable} for name, d in degrees.items()}
     for name, step in steps.items():
         parts = [of_variable.get(n.name) for n in names_in(step)]
         variables = {v for p in parts if p is not None for v in p}
         if None not in parts:
             of_variable[name] = variables
-        known[name] = (
-            dict.fromkeys(variables, name) if None not in parts and len(variables) == 1 else _joined(step, known)
+        literals[name] = (
+            dict.fromkeys(variables, name) if None not in parts and len(variables) == 1 else _joined(step, literals)
         )
-    return known
+    return literals
 
 
 def _joined(expr: Expr, known: Mapping[str, Literals | None]) -> Literals | None:
     """Return the variables that an expression depends on; None if it reads two literals of one, or anything else."""
     results: dict[int, str] = {}
     for name in names_in(expr):
-        own = known.get(name.name)
-        if own is None or any(results.setdefault(v, n) != n for v, n in own.items()):
+        literals = known.get(name.name)
+        if literals is None or any(results.setdefault(v, n) != n for v, n in literals.items()):
             return None
     return results
 
@@ -156,8 +156,8 @@ def _candidates(cells: Sequence[Cell], names: Sequence[str], sets: Mapping[str, 
         corners = sets[name].vertices if name in sets else ()
         first = bisect_left(stops, corners[0][0]) if corners and corners[0][1] == 0.0 else 0
         last = bisect_right(starts, corners[-1][0]) if corners and corners[-1][1] == 0.0 else len(cells)
-        for own in candidates[first:last]:
-            own.append(name)
+        for row in candidates[first:last]:
+            row.append(name)
     return candidates
 
 

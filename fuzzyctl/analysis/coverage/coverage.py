@@ -250,8 +250,8 @@ def _holds(system: FuzzySystem, variable: str, term: str, point: Mapping[str, fl
     from fuzzyctl.kernels.compile import degree_function
 
     declared = next((i for i in system.inputs if i.name == variable), None)
-    found = declared.term(term) if declared is not None else None
-    if declared is None or found is None or variable not in point:
+    fuzzy_set = declared.term(term) if declared is not None else None
+    if declared is None or fuzzy_set is None or variable not in point:
         return False
-    degree = degree_function(system, declared, found)
+    degree = degree_function(system, declared, fuzzy_set)
     return degree is not None and degree(point[variable]) > 0.0

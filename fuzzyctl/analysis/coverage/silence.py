@@ -116,8 +116,8 @@ def _digits(x: float) -> str:
 
 def _nan_where_silent(output: OutputPlan, *, own: bool) -> OutputPlan:
     """Return an output with an `else` of NaN, for the one asked about and for others that raise."""
-    known: Otherwise = output.otherwise.start if isinstance(output.otherwise, HeldPlan) else output.otherwise
-    return replace(output, otherwise=math.nan if own or not isinstance(known, float) else known)
+    value: Otherwise = output.otherwise.start if isinstance(output.otherwise, HeldPlan) else output.otherwise
+    return replace(output, otherwise=math.nan if own or not isinstance(value, float) else value)
 
 
 def _compiled(flat: Plan, program: Program) -> Callable[..., Any]:

@@ -110,8 +110,8 @@ class _Output:
             return
         cells = self.boxed.cells([]) if self.over_cells else None
         with np.errstate(all="ignore"):
-            (found,), _ = self.boxed.enclose([Name(self.name)], *(cells or self.boxed.box), sloped=False)
-        self.ends = [float(found.lo.min()), float(found.hi.max())]
+            (enclosure,), _ = self.boxed.enclose([Name(self.name)], *(cells or self.boxed.box), sloped=False)
+        self.ends = [float(enclosure.lo.min()), float(enclosure.hi.max())]
         far, nearer = (list(self._values(size)) for size in (FAR, _NEARER)) if self.open else ([], [])
         self.is_endless = [_grows([s * v for v in far], [s * v for v in nearer]) for s in (-1.0, 1.0)]
 

@@ -74,15 +74,15 @@ class Claims:
         self.equations = _with_inputs(equations_of(changed, self.free))
         declared = {s.name: s for s in controller.states}
         self.inner = []
-        for kept in self.equations.states:
-            if kept.bounds is not None:
-                state = declared.get(kept.name)
-                bounds = kept.bounds if state is None or state.bounds is None else state.bounds
-                found = self._range(NEXT + kept.name, kept.name, bounds, state=kept.name)
+        for slot in self.equations.states:
+            if slot.bounds is not None:
+                state = declared.get(slot.name)
+                bounds = slot.bounds if state is None or state.bounds is None else state.bounds
+                claim = self._range(NEXT + slot.name, slot.name, bounds, state=slot.name)
                 if state is None:
-                    self.inner.append(found)
+                    self.inner.append(claim)
                 else:
-                    claims.append(dataclasses.replace(found, span=state.span))
+                    claims.append(dataclasses.replace(claim, span=state.span))
         for result in controller.results:
             if result.bounds is not None:
                 claims.append(
@@ -107,8 +107,8 @@ class Claims:
         assert isinstance(truth, Bound)
         bound = dataclasses.replace(truth, left=self._named(truth.left), right=self._named(truth.right))
         origin = truth.origin
-        shown = (origin.left, origin.right) if isinstance(origin, Compare) else (truth.left, truth.right)
-        named = [(to_text(s), self._named(s)) for s in dict.fromkeys(shown)]
+        sides = (origin.left, origin.right) if isinstance(origin, Compare) else (truth.left, truth.right)
+        named = [(to_text(s), self._named(s)) for s in dict.fromkeys(sides)]
         self.sides[bound] = tuple((text, n.name) for text, n in named if isinstance(n, Name))
         return bound
 
@@ -133,12 +133,12 @@ class Claims:
 
 def _with_inputs(equations: Equations) -> Equations:
     """Return equations whose free numbers are inputs instead of states."""
-    kept = len(equations.states) - len(equations.free)
+    count = len(equations.states) - len(equations.free)
     return dataclasses.replace(
         equations,
         inputs=(*equations.inputs, *equations.free),
-        states=equations.states[:kept],
-        updates=tuple(map(numeric, equations.updates[:kept])),
+        states=equations.states[:count],
+        updates=tuple(map(numeric, equations.updates[:count])),
         free=(),
     )
 

@@ -101,14 +101,18 @@ class ControllerProver:
             result = self._replayed(claim, result)
         return replace(result, span=claim.span)
 
-    def _replayed(self, claim: StepClaim, found: Refuted) -> Verdict:
+    def _replayed(self, claim: StepClaim, refutation: Refuted) -> Verdict:
         """Return a refutation whose witness breaks the claim with the digits that it shows, as many as this takes."""
         tried = (loosened(claim) if claim.is_range else claim).claim
-        witness = found.witness
+        witness = refutation.witness
         if not self.replay.breaks(tried, witness.point):
-            return Undecided(found.claim, f"it is false {witness}, but not in a step from these numbers")
+            return Undecided(refutation.claim, f"it is false {witness}, but not in a step from these numbers")
         rounded = {n: float(f"{x:.12g}") for n, x in witness.point.items()}
-        return found if self.replay.breaks(tried, rounded) else replace(found, witness=replace(witness, in_full=True))
+        return (
+            refutation
+            if self.replay.breaks(tried, rounded)
+            else replace(refutation, witness=replace(witness, in_full=True))
+        )
 
     @cached_property
     def _positions(self) -> dict[int, int]:
@@ -125,23 +129,23 @@ class ControllerProver:
     @cached_property
     def ranges(self) -> dict[str, Ends]:
         """Ranges that no run leaves: of the inputs, by declaration; of the states, proved by induction."""
-        held = {c.state: c for c in (*self.claims.own, *self.claims.inner) if c.state}
+        claims = {c.state: c for c in (*self.claims.own, *self.claims.inner) if c.state}
         tried: dict[str, Verdict] = {}
         while True:
-            ranges = self._ranges_with(held.values(), self._times(*_TIMES))
-            failed = {n: v for n, c in held.items() if not isinstance(v := self._range(c, ranges), Proved)}
+            ranges = self._ranges_with(claims.values(), self._times(*_TIMES))
+            failed = {n: v for n, c in claims.items() if not isinstance(v := self._range(c, ranges), Proved)}
             if not failed:
                 break
             for name, verdict in failed.items():
-                wider = loosened(held[name])
-                first = tried.setdefault(name, self._by_run(held[name]) or verdict)
-                is_last = clock.now() > self.until or tolerance_of(wider) == tolerance_of(held[name])
+                wider = loosened(claims[name])
+                first = tried.setdefault(name, self._by_run(claims[name]) or verdict)
+                is_last = clock.now() > self.until or tolerance_of(wider) == tolerance_of(claims[name])
                 if isinstance(first, Refuted) or is_last:
                     self._verdicts[name] = first
-                    del held[name]
+                    del claims[name]
                 else:
-                    held[name] = wider
-        for name, claim in held.items():
+                    claims[name] = wider
+        for name, claim in claims.items():
             self._verdicts[name] = Proved(claim.claim.text, note=_ROUNDED if tolerance_of(claim) else "")
         return ranges
 
@@ -171,23 +175,23 @@ class ControllerProver:
         ends = {n: (-_MOST if a == -FAR else a, _MOST if b == FAR else b) for n, (a, b) in self.inputs.items()}
         _ = self.ranges
         claims = [c for c in (*self.claims.own, *self.claims.inner) if c.state and self._is_kept(c.state)]
-        held = [_as_proved(c, self._verdicts[c.state]) for c in claims]
+        candidates = [_as_proved(c, self._verdicts[c.state]) for c in claims]
         while True:
-            ranges = self._ranges_with(held, self._times(_LEAST, _MOST) | ends)
-            kept = [c for c in held if clock.now() <= self.until and self.holds_at_once(c.claim, ranges)]
-            if len(kept) == len(held):
+            ranges = self._ranges_with(candidates, self._times(_LEAST, _MOST) | ends)
+            rest = [c for c in candidates if clock.now() <= self.until and self.holds_at_once(c.claim, ranges)]
+            if len(rest) == len(candidates):
                 return ranges
-            held = kept
+            candidates = rest
 
     def _far_out(self, claim: Claim) -> Refuted | None:
         """Return a refutation in the first step by inputs beyond those of a proof, if one is found."""
-        shown = self.model.slice(names_in_claim(claim)).shown
+        names = self.model.slice(names_in_claim(claim)).shown
         ends = [self.inputs.get(n, (1.0, 1.0)) for n in self.replay.arguments]
         for size, sign in product(_FAR_OUT, (1.0, -1.0)):
-            given = [sign * size if abs(e) == FAR else e for e in (high if sign > 0 else low for low, high in ends)]
-            witness = self.replay.witness(claim, given, self.replay.start, shown)
+            arguments = [sign * size if abs(e) == FAR else e for e in (high if sign > 0 else low for low, high in ends)]
+            witness = self.replay.witness(claim, arguments, self.replay.start, names)
             if witness is not None:
-                return Refuted(claim.text, witness, note=_FIRST if set(shown) & set(self.replay.states) else "")
+                return Refuted(claim.text, witness, note=_FIRST if set(names) & set(self.replay.states) else "")
         return None
 
     def holds_at_once(self, claim: Claim, ranges: Mapping[str, Ends]) -> bool:
@@ -228,16 +232,16 @@ class ControllerProver:
         # A claim that is proved is false in no run.
         return result if isinstance(result, Proved) else self._by_run(claim) or self._with_reason(result, claim)
 
-    def _with_reason(self, found: Verdict, claim: StepClaim) -> Verdict:
+    def _with_reason(self, verdict: Verdict, claim: StepClaim) -> Verdict:
         """Name the ranges of states that are not proved if a claim is undecided."""
-        if not isinstance(found, Undecided):
-            return found
+        if not isinstance(verdict, Undecided):
+            return verdict
         read = self.model.slice(names_in_claim(claim.claim)).arguments
         lost = [n for n, v in self._verdicts.items() if n in read and not isinstance(v, Proved)]
         if not lost:
-            return found
+            return verdict
         names = " and ".join(f"'{n}'" for n in lost)
-        return replace(found, reason=f"{found.reason}; the range of {names} is not proved, so it is not used")
+        return replace(verdict, reason=f"{verdict.reason}; the range of {names} is not proved, so it is not used")
 
     def _by_run(self, claim: StepClaim) -> Refuted | None:
         """Return a refutation by a run from the start, if one is found."""
@@ -246,11 +250,11 @@ class ControllerProver:
         if reached is None:
             return None
         tried = loosened(claim) if claim.is_range else claim
-        shown = self.model.slice(names_in_claim(claim.claim)).shown
-        witness = self.replay.witness(tried.claim, reached.given, reached.state, shown)
+        names = self.model.slice(names_in_claim(claim.claim)).shown
+        witness = self.replay.witness(tried.claim, reached.given, reached.state, names)
         if witness is None:
             return None
-        if not set(shown) & set(self.replay.states):
+        if not set(names) & set(self.replay.states):
             return Refuted(claim.claim.text, witness)
         steps = f"reached from the start after {counted(reached.steps, 'step')}" if reached.steps else _FIRST
         return Refuted(claim.claim.text, witness, note=steps)

@@ -154,22 +154,25 @@ class _Growth:
         for state, update in zip(self.states, self.model.equations.updates, strict=True):
             if state.name in self.lost:
                 continue
-            found, (low, high) = names.enclose(update), self.ends[state.name]
+            enclosure, (low, high) = names.enclose(update), self.ends[state.name]
             cap = self.caps.get(state.name, _ENDLESS)
-            if max(float(found.lo.min()), cap[0]) < low.value or min(float(found.hi.max()), cap[1]) > high.value:
+            if (
+                max(float(enclosure.lo.min()), cap[0]) < low.value
+                or min(float(enclosure.hi.max()), cap[1]) > high.value
+            ):
                 return False
         return True
 
     def _known(self) -> dict[str, Enclosure]:
         """Enclose the states; those without ends are below 0 in some boxes, above it in others."""
-        known = {n: ANYTHING if n in self.lost else _box((e[0].value, e[1].value)) for n, e in self.ends.items()}
-        endless = [n for n in known if self._is_endless(n)][:_SPLIT]
+        enclosures = {n: ANYTHING if n in self.lost else _box((e[0].value, e[1].value)) for n, e in self.ends.items()}
+        endless = [n for n in enclosures if self._is_endless(n)][:_SPLIT]
         boxes = np.arange(1 << len(endless))
         for k, name in enumerate(endless):
             above = (boxes >> k & 1).astype(np.bool_)
             ends = np.where(above, 0.0, -math.inf), np.where(above, math.inf, 0.0)
-            known[name] = Enclosure(*ends, None, np.array(0.0))
-        return known
+            enclosures[name] = Enclosure(*ends, None, np.array(0.0))
+        return enclosures
 
     def _is_endless(self, name: str) -> bool:
         low, high = self.ends[name]

@@ -58,9 +58,9 @@ class Replay:
 
     def breaks(self, claim: Claim, point: Mapping[str, float]) -> bool:
         """Return whether a claim is false at a point; other inputs are 0, `dt` 1 s, other states at their start."""
-        given = [point.get(n, 1.0 if n == DT else 0.0) for n in self.arguments]
+        arguments = [point.get(n, 1.0 if n == DT else 0.0) for n in self.arguments]
         state = [point.get(n, x) for n, x in zip(self.states, self.start, strict=True)]
-        return self.witness(claim, given, state, ()) is not None
+        return self.witness(claim, arguments, state, ()) is not None
 
     def values(self, given: Sequence[float], state: Sequence[float]) -> dict[str, float] | None:
         """Return the outputs and the next state by name; None where no rule fires of a system that must have one."""
@@ -150,8 +150,8 @@ class Judge:
 
     def _arguments(self, point: Sequence[float]) -> tuple[list[float], list[float]]:
         at = dict(zip(self.names, point, strict=True))
-        given = [at.get(n, 1.0 if n == DT else 0.0) for n in self.replay.arguments]
-        return given, [at.get(n, x) for n, x in zip(self.replay.states, self.replay.start, strict=True)]
+        arguments = [at.get(n, 1.0 if n == DT else 0.0) for n in self.replay.arguments]
+        return arguments, [at.get(n, x) for n, x in zip(self.replay.states, self.replay.start, strict=True)]
 
 
 @record(frozen=True)
@@ -190,18 +190,18 @@ class Runs:
                     results[k] = reached[0]
         return results
 
-    def _run(self, moves: Iterator[list[float]], claims: Sequence[StepClaim], found: dict[int, Reached]) -> None:
+    def _run(self, moves: Iterator[list[float]], claims: Sequence[StepClaim], reached: dict[int, Reached]) -> None:
         state = self.replay.start
         self._state = state
-        for steps, given in enumerate(moves):
+        for steps, move in enumerate(moves):
             if not all(map(math.isfinite, state)):
                 return
-            values = self.replay.values(given, state)
+            values = self.replay.values(move, state)
             if values is None or clock.now() > self.deadline:
                 return
             for k, claim in enumerate(claims):
-                if k not in found and self.replay.witness(claim.claim, given, state, ()) is not None:
-                    found[k] = Reached(given, state, steps)
+                if k not in reached and self.replay.witness(claim.claim, move, state, ()) is not None:
+                    reached[k] = Reached(move, state, steps)
             state = [values[NEXT + n] for n in self.replay.states]
             self._state = state
 
@@ -213,11 +213,11 @@ class Runs:
 
     def _held(self) -> Iterator[list[float]]:
         """Yield inputs at their ends that stay for some steps."""
-        given = self._draw(1.0)
+        move = self._draw(1.0)
         for _ in range(2 * _STEPS):
             if self.random.random() < 0.1:
-                given = self._draw(0.8)
-            yield given
+                move = self._draw(0.8)
+            yield move
 
     def _towards(self, claim: StepClaim) -> Iterator[list[float]]:
         """Yield at each step the inputs, of some, that bring a claim nearest to being false."""

@@ -100,10 +100,10 @@ class CalledSystem:
         return [self._held(e, k, lacks) for e, k in zip(result, wanted, strict=True)]
 
     def _held(self, e: Enclosure, output: int, lacks: Mask) -> Enclosure:
-        known, lacks = self.bounds[output], lacks | np.array(self.may_lack[output])
+        bound, lacks = self.bounds[output], lacks | np.array(self.may_lack[output])
         if self.computed[output]:
             lacks = lacks | may_be_nan(e)
-        lo, hi = np.maximum(e.lo, known.lo), np.minimum(e.hi, known.hi)
+        lo, hi = np.maximum(e.lo, bound.lo), np.minimum(e.hi, bound.hi)
         if not lacks.any():
             return Enclosure(lo, hi, e.slopes, e.error)
         return jumping(np.where(lacks, -np.inf, lo), np.where(lacks, np.inf, hi))
@@ -138,7 +138,7 @@ class StepModel:
 
     def slice(self, names: Iterable[str]) -> Slice:
         """Return the part of the step that some names depend on."""
-        kept: set[int] = set()
+        positions: set[int] = set()
         seen: set[str] = set()
         waiting = list(names)
         while waiting:
@@ -147,10 +147,10 @@ class StepModel:
                 continue
             seen.add(name)
             position = self._makers.get(name)
-            if position is not None and position not in kept:
-                kept.add(position)
+            if position is not None and position not in positions:
+                positions.add(position)
                 waiting += read(self.body[position])
-        return Slice(tuple(self.body[k] for k in sorted(kept)), tuple(a for a in self.arguments if a in seen))
+        return Slice(tuple(self.body[k] for k in sorted(positions)), tuple(a for a in self.arguments if a in seen))
 
     def origins(self, names: Iterable[str]) -> set[str]:
         """Return all names that some names depend on, in this step or in earlier ones."""
@@ -195,8 +195,8 @@ class StepModel:
             if isinstance(item, Equation):
                 result.names[item.name] = result.enclose(self.definitions[item.name])
             else:
-                given = [result.enclose(numeric(a)) for a in item.arguments]
-                values = self.called(item.system).enclose(given, [*range(len(item.names))])
+                enclosures = [result.enclose(numeric(a)) for a in item.arguments]
+                values = self.called(item.system).enclose(enclosures, [*range(len(item.names))])
                 result.names |= dict(zip(item.defined, [*values, *self.called(item.system).updates], strict=True))
         return result
 
@@ -329,8 +329,8 @@ class BoxedStep:
         return results, np.array(False)
 
     def _enclosed(self, exprs: Sequence[Expr], sides: list[Enclosure], *, nearest: bool) -> list[Enclosure]:
-        given = dict(zip(self.inputs, sides, strict=True)) | dict.fromkeys(self.lost, ANYTHING)
-        names = Interpreter(self.model.evaluate(self.slice, given, nearest=nearest).names)
+        enclosures = dict(zip(self.inputs, sides, strict=True)) | dict.fromkeys(self.lost, ANYTHING)
+        names = Interpreter(self.model.evaluate(self.slice, enclosures, nearest=nearest).names)
         return [names.enclose(e) for e in exprs]
 
     def cells(self, truths: Sequence[Truth]) -> tuple[Array, Array] | None:

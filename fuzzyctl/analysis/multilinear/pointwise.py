@@ -88,19 +88,19 @@ class _Decision:
             raise _UnsuitedError
         return left.plus(right, Fraction(-1))
 
-    def _surface(self, taken: Taken) -> Surface:
-        surface = self.surfaces[taken.system]
+    def _surface(self, operand: Taken) -> Surface:
+        surface = self.surfaces[operand.system]
         if surface is None:
             raise _UnsuitedError
         return surface
 
     def _require_multilinear(self, difference: Affine) -> None:
-        for taken in difference.outputs:
-            surface = self._surface(taken)
-            read = [taken.arguments[i].input for i in surface.inputs if taken.arguments[i].input is not None]
+        for operand in difference.outputs:
+            surface = self._surface(operand)
+            read = [operand.arguments[i].input for i in surface.inputs if operand.arguments[i].input is not None]
             if len(set(read)) < len(read):
                 raise _UnsuitedError
-            if not surface.is_unity[taken.output] and (len(difference.outputs) > 1 or difference.inputs):
+            if not surface.is_unity[operand.output] and (len(difference.outputs) > 1 or difference.inputs):
                 raise _UnsuitedError
         if any(self.system.inputs[i].extrapolate for i in difference.inputs):
             raise _UnsuitedError
@@ -110,10 +110,10 @@ class _Decision:
         """Where each input is cut; beyond the outer cuts of an input without a range nothing changes."""
         results: list[set[Fraction]] = [set() for _ in self.system.inputs]
         for difference in self.compared.values():
-            for taken in difference.outputs:
-                surface = self._surface(taken)
+            for operand in difference.outputs:
+                surface = self._surface(operand)
                 for k, i in enumerate(surface.inputs):
-                    _add_breakpoints(results, taken.arguments[i], surface.corners[k])
+                    _add_breakpoints(results, operand.arguments[i], surface.corners[k])
         for difference in self.region.values():
             line = difference.line()
             assert line is not None
@@ -179,10 +179,10 @@ class _Decision:
             return self._level_of(truth, cell)
         assert isinstance(truth, Every | Some)
         levels = [self._level(p, cell) for p in truth.parts]
-        known = [v for v in levels if v is not None]
+        results = [v for v in levels if v is not None]
         if isinstance(truth, Every):
-            return None if len(known) < len(levels) else min(known, default=Level.FOR_KERNELS)
-        best = max(known, default=None)
+            return None if len(results) < len(levels) else min(results, default=Level.FOR_KERNELS)
+        best = max(results, default=None)
         if best is Level.BROKEN or best is None:
             # Broken parts may cover the cell together; only where all are broken everywhere is there no doubt.
             whole = all(isinstance(p, Bound) and self._is_broken_all_over(p, cell) for p in truth.parts)
@@ -212,8 +212,8 @@ class _Decision:
         if key not in self.known:
             difference, point = self.compared[bound], self._point(vertex)
             total = difference.number + sum((c * point[i] for i, c in difference.inputs.items()), Fraction(0))
-            for taken, factor in difference.outputs.items():
-                above, below = self._surface(taken).sums(taken.output, [a.at(point) for a in taken.arguments])
+            for operand, factor in difference.outputs.items():
+                above, below = self._surface(operand).sums(operand.output, [a.at(point) for a in operand.arguments])
                 # The tolerance is added to the quotient later, so that the sign is all that may change here.
                 total += factor * above / below
             self.known[key] = total
@@ -227,15 +227,15 @@ class _Decision:
             for b, s in self.compared.items()
         }
 
-    def _error(self, taken: Taken) -> Fraction:
+    def _error(self, operand: Taken) -> Fraction:
         """Return the error of an output, and of its arguments if floats cannot hold them."""
-        surface = self._surface(taken)
-        total = surface.errors[taken.output]
+        surface = self._surface(operand)
+        total = surface.errors[operand.output]
         for k, i in enumerate(surface.inputs):
-            line = taken.arguments[i]
+            line = operand.arguments[i]
             if not line.is_exact and line.input is not None:
                 farthest = max(abs(c * line.factor) for c in self.cuts[line.input]) + abs(line.shift)
-                total += farthest * Fraction(4, 1 << 53) * steepest(surface, taken.output, k)
+                total += farthest * Fraction(4, 1 << 53) * steepest(surface, operand.output, k)
         return total
 
     def _is_held(self, bound: Bound) -> bool:
@@ -243,9 +243,10 @@ class _Decision:
         difference = self.compared[bound]
         if difference.inputs or len(difference.outputs) != 1:
             return False
-        ((taken, factor),) = difference.outputs.items()
+        ((operand, factor),) = difference.outputs.items()
         ends = [
-            difference.number + bound.tolerance + factor * Fraction(e) for e in self._surface(taken).hull(taken.output)
+            difference.number + bound.tolerance + factor * Fraction(e)
+            for e in self._surface(operand).hull(operand.output)
         ]
         return min(ends) > 0 or (min(ends) == 0 and not bound.strict)
 

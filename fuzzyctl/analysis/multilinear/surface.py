@@ -67,8 +67,8 @@ class Surface:
     def sums(self, output: int, point: Sequence[Fraction]) -> tuple[Fraction, Fraction]:
         """Return the same at a point, one value for each input of the system."""
         weights = [_weights(self.corners[k], point[i]) for k, i in enumerate(self.inputs)]
-        if all(len(own) == 1 for own in weights):
-            return self.sums_at(output, tuple(own[0][0] for own in weights))
+        if all(len(row) == 1 for row in weights):
+            return self.sums_at(output, tuple(row[0][0] for row in weights))
         above = below = Fraction(0)
         for choice in product(*weights):
             weight = math.prod((c[1] for c in choice), start=Fraction(1))
@@ -96,13 +96,13 @@ class Surface:
 
     def _strengths(self, corner: tuple[int, ...]) -> tuple[Fraction, ...]:
         if corner not in self._fired:
-            known: dict[str, Fraction] = {}
+            values: dict[str, Fraction] = {}
             for i, d in enumerate(self.plan.degrees):
                 k = self.inputs.index(d.variable)
-                known[degree_name(i)] = self._degrees[i][corner[k]]
+                values[degree_name(i)] = self._degrees[i][corner[k]]
             for i, step in enumerate(self.plan.steps):
-                known[step_name(i)] = _rational(step, known)
-            self._fired[corner] = tuple(_rational(s, known) for s in self.plan.strengths)
+                values[step_name(i)] = _rational(step, values)
+            self._fired[corner] = tuple(_rational(s, values) for s in self.plan.strengths)
         return self._fired[corner]
 
     @cached_property

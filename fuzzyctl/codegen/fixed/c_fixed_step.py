@@ -58,7 +58,7 @@ class _StepText(FixedText):
     def __init__(self, fixed: FixedStep) -> None:
         super().__init__(fixed.unit, fixed.form, fixed.errors)
         self.fixed, self.items, self.formats = fixed, fixed.operations.items, fixed.formats
-        names = Names([*C_FUNCTION_RESERVED, *(f"{self.layout.name}_{own}" for own in ("step", "init", "state"))])
+        names = Names([*C_FUNCTION_RESERVED, *(f"{self.layout.name}_{suffix}" for suffix in ("step", "init", "state"))])
         self.read = self._read()
         #: The systems that are called, under unique names, by number.
         self.systems = {}
@@ -100,8 +100,8 @@ class _StepText(FixedText):
         step = list(self._step())
         lines = [*comment([f"{name}.c: see {name}.h."]), f'#include "{name}.h"', ""]
         lines += ["#include <stdbool.h>", "#include <stddef.h>", "#include <stdint.h>", ""]
-        for k, own in self.systems.items():
-            lines += functions(own, self.fixed.systems[k].fixed)
+        for k, system in self.systems.items():
+            lines += functions(system, self.fixed.systems[k].fixed)
         used = "\n".join(step)
         lines += [
             h.format(name=name)
@@ -149,14 +149,14 @@ class _StepText(FixedText):
             yield f"{INDENT}const bool v{k} = {self._condition(item)};"
             return
         if item.kind == "system":
-            own = CLayout(self.systems[item.system])
-            given = ", ".join(f"v{p}" for p in item.operands)
-            if own.many:
-                yield f"{INDENT}{own.name}_outputs o{k};"
-                yield f"{INDENT}{own.name}({given}, &o{k});"
-                yield f"{INDENT}const int32_t v{k} = o{k}.{own.outputs[item.place]};"
+            callee = CLayout(self.systems[item.system])
+            arguments = ", ".join(f"v{p}" for p in item.operands)
+            if callee.many:
+                yield f"{INDENT}{callee.name}_outputs o{k};"
+                yield f"{INDENT}{callee.name}({arguments}, &o{k});"
+                yield f"{INDENT}const int32_t v{k} = o{k}.{callee.outputs[item.place]};"
                 return
-            yield f"{INDENT}const int32_t v{k} = {own.name}({given});"
+            yield f"{INDENT}const int32_t v{k} = {callee.name}({arguments});"
             return
         yield f"{INDENT}const int32_t v{k} = {self._value(k, item)};"
 
@@ -173,11 +173,11 @@ class _StepText(FixedText):
 
     def _converted(self, position: int, wanted: int) -> str:
         """Return a value with other bits behind the point."""
-        own = self.formats.fractions[position]
+        fraction = self.formats.fractions[position]
         return (
             f"v{position}"
-            if own == wanted
-            else self._moved(self._aligned(position, max(own, wanted)), max(own, wanted), wanted)
+            if fraction == wanted
+            else self._moved(self._aligned(position, max(fraction, wanted)), max(fraction, wanted), wanted)
         )
 
     def _value(self, k: int, item: Operation) -> str:
@@ -192,8 +192,8 @@ class _StepText(FixedText):
             case "constant":
                 return f"(int32_t){literal(round(item.factor * (1 << bits)))}"
             case "scale":
-                factor, own = self.formats.factors[k]
-                return self._moved(f"(int64_t)v{item.operands[0]} * {literal(factor)}", fractions[0] + own, bits)
+                factor, fraction = self.formats.factors[k]
+                return self._moved(f"(int64_t)v{item.operands[0]} * {literal(factor)}", fractions[0] + fraction, bits)
             case "*":
                 a, b = item.operands
                 return self._moved(f"(int64_t)v{a} * (int64_t)v{b}", sum(fractions), bits)
@@ -207,15 +207,15 @@ class _StepText(FixedText):
                 return f"{self.layout.name}_within({x}, {literal(-form.most - 1)}, {literal(form.most)})"
             case "store":
                 return self._converted(item.operands[0], bits)
-        own = max(fractions)
-        texts = [self._aligned(p, own) for p in item.operands]
-        return self._moved(_combined(item.kind, texts), own, bits)
+        fraction = max(fractions)
+        texts = [self._aligned(p, fraction) for p in item.operands]
+        return self._moved(_combined(item.kind, texts), fraction, bits)
 
     def _condition(self, item: Operation) -> str:
         match item.kind:
             case "compare":
-                own = max(self.formats.fractions[p] for p in item.operands)
-                return f" {item.op} ".join(self._aligned(p, own) for p in item.operands)
+                fraction = max(self.formats.fractions[p] for p in item.operands)
+                return f" {item.op} ".join(self._aligned(p, fraction) for p in item.operands)
             case "compared":
                 (x,) = item.operands
                 op, bound = self._threshold(item.op, item, x)

@@ -244,12 +244,12 @@ class SystemText(FixedText):
         axes = {a.input: a for a in self.fixed.axes}
         near: list[list[int]] = []
         for i in range(len(self.layout.arguments)):
-            own = {least, most, 0}
+            numbers = {least, most, 0}
             if i in axes:
                 knots = [axes[i].least + (k >> axes[i].shift) for k in axes[i].knots]
-                own |= {min(max(k + s, least), most) for k in knots for s in (-1, 0, 1)}
-            near.append(sorted(own))
-        chosen = [tuple(rng.choice(own) for own in near) for _ in range(RANDOM)]
+                numbers |= {min(max(k + s, least), most) for k in knots for s in (-1, 0, 1)}
+            near.append(sorted(numbers))
+        chosen = [tuple(rng.choice(numbers) for numbers in near) for _ in range(RANDOM)]
         inside = [
             tuple(rng.randint(axes[i].least, axes[i].most) if i in axes else 0 for i in range(len(near)))
             for _ in range(RANDOM)

@@ -49,13 +49,13 @@ def to_format(text: str) -> Format:
     Raises:
         ValueError: For anything else, and for more than 31 bits.
     """
-    found = re.fullmatch(r"[Qq](\d{1,2})\.(\d{1,2})", text)
-    if found is None:
+    match = re.fullmatch(r"[Qq](\d{1,2})\.(\d{1,2})", text)
+    if match is None:
         raise ValueError(f"'{text}' is not of the form Qm.n, such as Q3.12")
-    own = Format(int(found[1]), int(found[2]))
-    if not 1 <= own.integer + own.fraction <= 31:
-        raise ValueError(f"'{text}' has {own.integer + own.fraction} bits beside the sign; 1 to 31 are possible")
-    return own
+    form = Format(int(match[1]), int(match[2]))
+    if not 1 <= form.integer + form.fraction <= 31:
+        raise ValueError(f"'{text}' has {form.integer + form.fraction} bits beside the sign; 1 to 31 are possible")
+    return form
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ class Formats:
     def __post_init__(self) -> None:
         whole = self._whole()
         places = {i.place: k for k, i in enumerate(self.operations.items) if i.kind == "slot"}
-        self.slots = [own if own is not None else self._most(places[s]) for s, own in enumerate(whole)]
+        self.slots = [bits if bits is not None else self._most(places[s]) for s, bits in enumerate(whole)]
         naturals = self._naturals(whole)
         for k, item in enumerate(self.operations.items):
             self._lay_out(k, item, naturals[k])
@@ -70,8 +70,8 @@ class Formats:
             naturals = self._naturals(results)
             changed = False
             for s, store in enumerate(self.operations.stores):
-                own, new = results[s], naturals[store]
-                if own is None or (new is not None and new <= own):
+                bits, new = results[s], naturals[store]
+                if bits is None or (new is not None and new <= bits):
                     continue
                 results[s], changed = new, True
             if not changed:
@@ -89,8 +89,8 @@ class Formats:
         return naturals
 
     def _natural(self, item: Operation, given: Sequence[int | None], slots: Sequence[int | None]) -> int | None:
-        own = [g for g in given if g is not None]
-        if len(own) < len(given):
+        fractions = [g for g in given if g is not None]
+        if len(fractions) < len(given):
             return None
         match item.kind:
             case "input":
@@ -101,19 +101,19 @@ class Formats:
                 return dyadic(item.factor)
             case "scale":
                 factor = dyadic(item.factor)
-                return None if factor is None or factor > _bits_of(item.factor) else own[0] + factor
+                return None if factor is None or factor > _bits_of(item.factor) else fractions[0] + factor
             case "*":
-                return sum(own)
+                return sum(fractions)
             case "system":
                 return None
             case "argument":
                 most = self.systems[item.system].fixed.format.fraction
-                return own[0] if own[0] <= most else None
+                return fractions[0] if fractions[0] <= most else None
             case "output":
                 low, high = self.ends[item.operands[0]]
                 is_held = low < self.form.lower or high > self.form.upper
-                return None if is_held or own[0] > self.form.fraction else own[0]
-        return 0 if item.is_condition else max(own)
+                return None if is_held or fractions[0] > self.form.fraction else fractions[0]
+        return 0 if item.is_condition else max(fractions)
 
     def _most(self, position: int) -> int:
         """Return the largest number of bits after the point of an operation, with room for roundings in its range."""
@@ -127,7 +127,7 @@ class Formats:
 
     def _lay_out(self, k: int, item: Operation, natural: int | None) -> None:
         """Choose the format of an operation; those of its operands are known."""
-        given = [self.fractions[p] for p in item.operands]
+        fractions = [self.fractions[p] for p in item.operands]
         self.equal.append(natural is not None)
         if item.is_condition:
             self.fractions.append(0)
@@ -138,11 +138,11 @@ class Formats:
         elif natural is not None:
             fraction = natural
         else:
-            fraction = min(self._most(k), self._finest(item, given))
+            fraction = min(self._most(k), self._finest(item, fractions))
         self.fractions.append(fraction)
         if item.kind == "scale":
-            self._factor(k, item, given[0], fraction)
-        self.roundings.append(0.0 if natural is not None else self._rounding(k, item, given, fraction))
+            self._factor(k, item, fractions[0], fraction)
+        self.roundings.append(0.0 if natural is not None else self._rounding(k, item, fractions, fraction))
 
     def _of_interface(self, item: Operation) -> int:
         if item.kind in ("slot", "store"):

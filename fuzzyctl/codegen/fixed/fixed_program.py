@@ -111,11 +111,11 @@ def operations(program: Program, inputs: int, outputs: int) -> Operations:
         writer.known[name] = writer.add(Operation(kind, place=k if k < inputs else k - inputs))
     names: dict[int, str] = {}
     for statement in program.body:
-        writer.known[_named(statement)] = own = writer.real(statement.value)  # type: ignore[union-attr]
-        names.setdefault(own, _named(statement))
-    found = [writer.real(r) for r in program.results]
-    left = [writer.add(Operation("output", (p,), place=k)) for k, p in enumerate(found[:outputs])]
-    stored = [writer.add(Operation("store", (p,), place=k)) for k, p in enumerate(found[outputs:])]
+        writer.known[_named(statement)] = position = writer.real(statement.value)  # type: ignore[union-attr]
+        names.setdefault(position, _named(statement))
+    results = [writer.real(r) for r in program.results]
+    left = [writer.add(Operation("output", (p,), place=k)) for k, p in enumerate(results[:outputs])]
+    stored = [writer.add(Operation("store", (p,), place=k)) for k, p in enumerate(results[outputs:])]
     return Operations(tuple(writer.items), names, tuple(left), tuple(stored))
 
 
@@ -195,10 +195,10 @@ class _Writer:
 
     def _call(self, node: Expr, function: str, arguments: Sequence[Expr]) -> int:
         if function.startswith(SYSTEM):
-            system, (output, *given) = int(function.removeprefix(SYSTEM)), arguments
+            system, (output, *inputs) = int(function.removeprefix(SYSTEM)), arguments
             assert isinstance(output, Number)
             places = [
-                self.add(Operation("argument", (self.real(a),), place=k, system=system)) for k, a in enumerate(given)
+                self.add(Operation("argument", (self.real(a),), place=k, system=system)) for k, a in enumerate(inputs)
             ]
             return self.add(Operation("system", tuple(places), place=int(output.value), system=system))
         match function:
@@ -287,5 +287,6 @@ def error_help(name: str) -> str:
     """Return what to write where the error of a state has no bound."""
     if operator_of(name) == "integral":
         return f"{_AS_STATE}, {FLOAT}"
-    own = "x" if operator_of(name) else name
-    return f"let it forget, as 'next {own} = 0.99 * {own} + ...' does, or add only what the format holds whole, {FLOAT}"
+    state = "x" if operator_of(name) else name
+    forgetting = f"next {state} = 0.99 * {state} + ..."
+    return f"let it forget, as '{forgetting}' does, or add only what the format holds whole, {FLOAT}"

@@ -66,9 +66,9 @@ class CalledSystem:
         for d, i in enumerate(self.grid.inputs):
             low, high = _steepest(self.grid, table, d)
             error = error + max(-low, high) * given[i].error
-            own = given[i].slopes
-            if own is not None:
-                part = slope_times((np.array(low), np.array(high)), own)
+            inner = given[i].slopes
+            if inner is not None:
+                part = slope_times((np.array(low), np.array(high)), inner)
                 slopes = part if slopes is None else outward(slopes[0] + part[0], slopes[1] + part[1])
         return Enclosure(lo, hi, slopes, error)
 
@@ -120,15 +120,15 @@ class Ranges:
                     self._truths[k] = self._decided(item)
                     self._found.append(constant(0.0, 1.0))
                 else:
-                    found = self._rounded(k, self._value(k, item))
-                    self._found.append(self._kept(item.place, found) if item.kind == "store" else found)
+                    enclosure = self._rounded(k, self._value(k, item))
+                    self._found.append(self._kept(item.place, enclosure) if item.kind == "store" else enclosure)
         return self._found
 
-    def _kept(self, slot: int, found: Enclosure) -> Enclosure:
+    def _kept(self, slot: int, enclosure: Enclosure) -> Enclosure:
         """Return the next value of a slot within the range that no step leaves, further by its error."""
         (low, high), off = self.slots[slot], self.errors[slot] or 0.0
-        lo, hi = np.maximum(found.lo, low - off), np.minimum(found.hi, high + off)
-        return Enclosure(lo, hi, found.slopes, found.error)
+        lo, hi = np.maximum(enclosure.lo, low - off), np.minimum(enclosure.hi, high + off)
+        return Enclosure(lo, hi, enclosure.slopes, enclosure.error)
 
     def _rounded(self, k: int, value: Enclosure) -> Enclosure:
         most = self.roundings[k]
@@ -143,7 +143,7 @@ class Ranges:
         return unit, unit
 
     def _value(self, k: int, item: Operation) -> Enclosure:
-        given = [self._found[p] for p in item.operands]
+        operands = [self._found[p] for p in item.operands]
         match item.kind:
             case "input":
                 return constant(*self.inputs[item.place])
@@ -155,17 +155,17 @@ class Ranges:
             case "constant":
                 return constant(float(item.factor))
             case "scale":
-                return times(given[0], constant(*_around(item)))
+                return times(operands[0], constant(*_around(item)))
             case "where":
                 return self._chosen(k, item)
             case "system":
-                return self.systems[item.system].enclose(item.place, given)
+                return self.systems[item.system].enclose(item.place, operands)
             case "argument":
                 form = self.systems[item.system].fixed.format
-                return larger(smaller(given[0], constant(form.upper)), constant(form.lower))
+                return larger(smaller(operands[0], constant(form.upper)), constant(form.lower))
             case "output" | "store":
-                return given[0]
-        return _FUNCTIONS[item.kind](*given)
+                return operands[0]
+        return _FUNCTIONS[item.kind](*operands)
 
     def _chosen(self, k: int, item: Operation) -> Enclosure:
         condition, then, otherwise = item.operands
@@ -184,11 +184,11 @@ class Ranges:
                 return compared(item.op, *(self._found[p] for p in item.operands))
             case "compared":
                 return compared(item.op, self._found[item.operands[0]], constant(*_around(item)))
-        found = [self._truths[p] for p in item.operands]
-        yes, no = found[0]
+        truths = [self._truths[p] for p in item.operands]
+        yes, no = truths[0]
         if item.kind == "not":
             return no, yes
-        for y, n in found[1:]:
+        for y, n in truths[1:]:
             yes, no = (yes & y, no | n) if item.kind == "and" else (yes | y, no & n)
         return yes, no
 

@@ -129,8 +129,8 @@ def _with_calls(unit: Unit) -> tuple[Unit, dict[int, CalledSystem]]:
             numbers[key] = len(calls)
             calls.append(call)
         arguments = tuple(f"x{k}" for k in range(len(call.system.inputs)))
-        name, given = f"{SYSTEM}{numbers[key]}", tuple(map(Name, arguments))
-        results = tuple(Call(name, (Number(float(o)), *given)) for o in range(len(call.system.outputs)))
+        name, operands = f"{SYSTEM}{numbers[key]}", tuple(map(Name, arguments))
+        results = tuple(Call(name, (Number(float(o)), *operands)) for o in range(len(call.system.outputs)))
         return Program(arguments, 0, (), (), results)
 
     equations = unit.equations
@@ -139,8 +139,8 @@ def _with_calls(unit: Unit) -> tuple[Unit, dict[int, CalledSystem]]:
     names = {v.name: n for n, v in reversed(values.items()) if isinstance(v, Name) and "#" not in n}
     read = {n.function for e in expressions(program) for n in walk(e) if isinstance(n, Call)}
     systems = {k: _called(call) for k, call in enumerate(calls) if f"{SYSTEM}{k}" in read}
-    own = tuple(s.unit.systems[0] for s in systems.values())
-    return replace(unit, written=program, slots=slots, values=names, systems=own), systems
+    parts = tuple(s.unit.systems[0] for s in systems.values())
+    return replace(unit, written=program, slots=slots, values=names, systems=parts), systems
 
 
 def _called(call: Evaluation) -> CalledSystem:
@@ -154,8 +154,8 @@ def _called(call: Evaluation) -> CalledSystem:
     if isinstance(grid, str):
         message = f"fixed point needs systems that interpolate, and '{call.system.name}' does not: {grid}"
         raise refused(message, call.span, help_text=FLOAT.removeprefix("or "))
-    own = Evaluated(call.system, Algorithm(flat, grid, "it interpolates"))
-    unit = Unit(call.system, Program((), 0, (), (), ()), (own,))
+    part = Evaluated(call.system, Algorithm(flat, grid, "it interpolates"))
+    unit = Unit(call.system, Program((), 0, (), (), ()), (part,))
     try:
         return CalledSystem(unit, grid, finest(unit))
     except CodegenError as error:
@@ -227,25 +227,25 @@ class _Bound:
         count = len(self.unit.slots)
         off: list[float | None] = [0.0] * count
         nothing = [0.0] * len(self.operations.items)
-        found = self._ranges(off, nothing).run()
+        enclosures = self._ranges(off, nothing).run()
         for _ in range(_ROUNDS):
-            ends = [_ends(e) for e in found]
+            ends = [_ends(e) for e in enclosures]
             formats = Formats(self.operations, self.systems, self.form, ends, [s.start for s in self.unit.slots])
             self._require_reach(formats, ends)
             equal = [formats.equal[p] for p in self.operations.stores]
             off = [None if same else e or 0.0 for same, e in zip(equal, off, strict=True)]
             ranges = self.last = self._ranges(off, formats.roundings, formats)
-            found = ranges.run()
-            if not all(fits(formats.fractions[k], _ends(e)) for k, e in enumerate(found)):
+            enclosures = ranges.run()
+            if not all(fits(formats.fractions[k], _ends(e)) for k, e in enumerate(enclosures)):
                 continue
-            errors = self._solved(formats, ranges, found, off)
-            if all(known is None or e <= known for e, known in zip(errors, off, strict=True)):
+            errors = self._solved(formats, ranges, enclosures, off)
+            if all(bound is None or e <= bound for e, bound in zip(errors, off, strict=True)):
                 self.formats, self.slot_errors = formats, errors
                 outputs = self.operations.outputs
-                self.errors = [0.0 if formats.equal[p] else self._error(p, found, ranges, errors) for p in outputs]
-                self._require_useful(found)
+                self.errors = [0.0 if formats.equal[p] else self._error(p, enclosures, ranges, errors) for p in outputs]
+                self._require_useful(enclosures)
                 return
-            off = [None if known is None else 2.0 * e for e, known in zip(errors, off, strict=True)]
+            off = [None if bound is None else 2.0 * e for e, bound in zip(errors, off, strict=True)]
         reason = "the errors grow with the ranges that they allow"
         if not off:
             message = f"no integers of 32 bits hold a step in {self.form} with its roundings"
@@ -254,12 +254,12 @@ class _Bound:
         raise self._not_kept(worst, reason)
 
     def _ranges(self, off: Sequence[float | None], added: Sequence[float], formats: Formats | None = None) -> Ranges:
-        own = Ranges(self.operations, self.systems, self.inputs, self.ranges, off, added)
+        ranges = Ranges(self.operations, self.systems, self.inputs, self.ranges, off, added)
         if formats is None:
-            own.alike = lambda _: True
+            ranges.alike = lambda _: True
         else:
-            own.alike = formats.equal.__getitem__
-        return own
+            ranges.alike = formats.equal.__getitem__
+        return ranges
 
     def _require_reach(self, formats: Formats, ends: Sequence[Ends]) -> None:
         """Refuse values that no integer reaches, and outputs that the format does not reach."""
@@ -280,70 +280,74 @@ class _Bound:
                     help_text = f"give {self.open_inputs[0]!r} a range; without one it has that of the format"
                 raise refused(message, declared.span, help_text=help_text)
 
-    def _slopes(self, position: int, found: Sequence[Enclosure]) -> Array:
+    def _slopes(self, position: int, enclosures: Sequence[Enclosure]) -> Array:
         """Return the largest slopes of a value along all operations."""
-        slopes = found[position].slopes
+        slopes = enclosures[position].slopes
         size = np.zeros(len(self.operations.items))
         return size if slopes is None else np.maximum(np.abs(slopes[0]), np.abs(slopes[1])).max(axis=1) + size
 
-    def _added(self, position: int, found: Sequence[Enclosure], ranges: Ranges) -> tuple[Array, float]:
+    def _added(self, position: int, enclosures: Sequence[Enclosure], ranges: Ranges) -> tuple[Array, float]:
         """Return the slopes of a value along the slots, and the error by the roundings of a step."""
-        slopes = self._slopes(position, found)
-        own = np.array([r + ranges.jumps.get(k, 0.0) for k, r in enumerate(ranges.roundings)])
-        total = float(np.sum(np.where(own > 0.0, slopes * own, 0.0))) + float(found[position].error.max())
+        slopes = self._slopes(position, enclosures)
+        roundings = np.array([r + ranges.jumps.get(k, 0.0) for k, r in enumerate(ranges.roundings)])
+        total = float(np.sum(np.where(roundings > 0.0, slopes * roundings, 0.0))) + float(
+            enclosures[position].error.max()
+        )
         along = np.zeros(len(self.unit.slots))
         for k, item in enumerate(self.operations.items):
             if item.kind == "slot":
                 along[item.place] = slopes[k]
         return along, total * _OUTWARD
 
-    def _error(self, position: int, found: Sequence[Enclosure], ranges: Ranges, errors: Sequence[float]) -> float:
-        along, total = self._added(position, found, ranges)
+    def _error(self, position: int, enclosures: Sequence[Enclosure], ranges: Ranges, errors: Sequence[float]) -> float:
+        along, total = self._added(position, enclosures, ranges)
         return float(np.sum(np.where(along > 0.0, along * np.array(errors), 0.0)) + total) * _OUTWARD
 
     def _solved(
-        self, formats: Formats, ranges: Ranges, found: Sequence[Enclosure], off: Sequence[float | None]
+        self, formats: Formats, ranges: Ranges, enclosures: Sequence[Enclosure], off: Sequence[float | None]
     ) -> list[float]:
         """Return errors of the slots that no step makes larger, 0 for those that are equal.
 
         Raises:
             DiagnosticError: If there are none.
         """
-        kept = [s for s, e in enumerate(off) if e is not None]
-        rows = [self._added(self.operations.stores[s], found, ranges) for s in kept]
-        matrix = np.array([along[kept] for along, _ in rows]).reshape(len(kept), len(kept))
+        slots = [s for s, e in enumerate(off) if e is not None]
+        rows = [self._added(self.operations.stores[s], enclosures, ranges) for s in slots]
+        matrix = np.array([along[slots] for along, _ in rows]).reshape(len(slots), len(slots))
         added = np.array([total for _, total in rows])
-        starts = np.array([2.0 ** -(formats.slots[s] + 1) for s in kept])
-        self._require_contraction(kept, matrix)
+        starts = np.array([2.0 ** -(formats.slots[s] + 1) for s in slots])
+        self._require_contraction(slots, matrix)
         # Both grow a little, so that the rounding of the solution does not matter.
         wider, more = matrix * (1.0 + _ROOM), added * (1.0 + _ROOM)
         error = added
         for _ in range(_ROUNDS):
-            error = np.linalg.solve(np.eye(len(kept)) - wider, more)
+            error = np.linalg.solve(np.eye(len(slots)) - wider, more)
             if np.all(error >= starts):
                 break
             more = more + np.maximum(starts - error, 0.0) * (1.0 + _ROOM)
         if not (np.all(error >= starts) and np.all((matrix @ error + added) * _OUTWARD <= error)):
             raise self._not_kept(
-                kept[int(np.argmax(error))], "the errors of states that feed one another add up to too much"
+                slots[int(np.argmax(error))], "the errors of states that feed one another add up to too much"
             )
         errors = [0.0] * len(off)
-        for s, e in zip(kept, error.tolist(), strict=True):
+        for s, e in zip(slots, error.tolist(), strict=True):
             errors[s] = e
         return errors
 
-    def _require_contraction(self, kept: Sequence[int], matrix: Array) -> None:
+    def _require_contraction(self, slots: Sequence[int], matrix: Array) -> None:
         """Refuse errors that the steps do not make smaller."""
-        for s, own in zip(kept, np.diag(matrix).tolist(), strict=True):
-            if not own < 1.0 - 1e-9:
-                reason = KEEPS_ERROR if own < 1.0 + 1e-6 else f"a step may make an error of it {own:.3g} times as large"
+        for s, slope in zip(slots, np.diag(matrix).tolist(), strict=True):
+            if not slope < 1.0 - 1e-9:
+                reason = (
+                    KEEPS_ERROR if slope < 1.0 + 1e-6 else f"a step may make an error of it {slope:.3g} times as large"
+                )
                 raise self._not_kept(s, reason)
         if not np.all(np.isfinite(matrix)):
-            raise self._not_kept(kept[0], "its slope has no bound")
-        radius = np.abs(np.linalg.eigvals(matrix)).max() if kept else 0.0
+            raise self._not_kept(slots[0], "its slope has no bound")
+        radius = np.abs(np.linalg.eigvals(matrix)).max() if slots else 0.0
         if not radius < 1.0 - 1e-9:
-            vectors = np.linalg.matrix_power(matrix + np.eye(len(kept)), 64).sum(axis=1)
-            raise self._not_kept(kept[int(np.argmax(vectors))], "states make each other's errors larger step by step")
+            vectors = np.linalg.matrix_power(matrix + np.eye(len(slots)), 64).sum(axis=1)
+            raise self._not_kept(slots[int(np.argmax(vectors))], "states make each other's errors larger step by step")
 
     def _jump(self) -> list[str]:
         """Return a line that names the largest jump, if there is one."""
@@ -357,11 +361,11 @@ class _Bound:
         facts = [reason, *self._jump()]
         return refused(message, self.states[place].span, facts=facts, help_text=error_help(name))
 
-    def _require_useful(self, found: Sequence[Enclosure]) -> None:
+    def _require_useful(self, enclosures: Sequence[Enclosure]) -> None:
         for declared, position, error in zip(
             self.unit.controller.results, self.operations.outputs, self.errors, strict=True
         ):
-            low, high = _ends(found[self.operations.items[position].operands[0]])
+            low, high = _ends(enclosures[self.operations.items[position].operands[0]])
             if error <= USEFUL * (high - low) or error <= 2.0**-self.form.fraction:
                 continue
             message = f"no useful bound is found for the error of '{declared.name}' in {self.form}: at most "

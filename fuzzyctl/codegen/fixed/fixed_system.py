@@ -145,9 +145,9 @@ def _with_table(unit: Unit, form: Format) -> str:
         table = tabulated(unit.algorithm, points)
     except CodegenError as error:
         return f"nor does a table take its place: {error}"
-    own = replace(unit, systems=(Evaluated(unit.system, Algorithm(unit.plan, table.grid, "a table"), table),))
-    for other in (form, *_finest(own.plan, table.grid, form)):
-        result = _held(own, table.grid, other)
+    candidate = replace(unit, systems=(Evaluated(unit.system, Algorithm(unit.plan, table.grid, "a table"), table),))
+    for other in (form, *_finest(candidate.plan, table.grid, form)):
+        result = _held(candidate, table.grid, other)
         if isinstance(result, Fixed):
             return f"--table {points} --fixed {other} does, off by {at_most(max(result.errors))} at most"
     return f"and no format of 32 bits holds a table of {points} points"
@@ -182,9 +182,9 @@ def _held(unit: Unit, grid: Grid, form: Format) -> Fixed | str:
     # The bound falls with bits of the share and with bits of the entries, and both share the bits of a product.
     best: Fixed | None = None
     for share_bits in range(1, min(form.wide - 2, 30)):
-        found = _attempt(unit, grid, inner, form, share_bits)
-        if found is not None and (best is None or max(found.errors) < max(best.errors)):
-            best = found
+        candidate = _attempt(unit, grid, inner, form, share_bits)
+        if candidate is not None and (best is None or max(candidate.errors) < max(best.errors)):
+            best = candidate
     if best is None:
         return f"{form} does not tell the knots of the inputs apart"
     if unit.table is not None:
@@ -221,8 +221,8 @@ def _attempt(unit: Unit, grid: Grid, inner: Sequence[int], form: Format, share_b
     whole = tuple(a for a in axes if a is not None)
     entries = tuple(e for e in outputs if e is not None)
     errors = tuple(
-        _proved(unit, grid, inner, whole, table, own, form, share_bits)
-        for table, own in zip(grid.outputs, entries, strict=True)
+        _proved(unit, grid, inner, whole, table, entry, form, share_bits)
+        for table, entry in zip(grid.outputs, entries, strict=True)
     )
     return Fixed(form, share_bits, whole, entries, errors)
 
@@ -231,15 +231,15 @@ def _axis(position: int, knots: Sequence[float], form: Format, share_bits: int) 
     scaled = [Fraction(k) * (1 << form.fraction) for k in knots]
     least, most = math.floor(scaled[0]), math.ceil(scaled[-1])
     for shift in range(_EXTRA, -1, -1):
-        own = [round((k - least) * (1 << shift)) for k in scaled]
-        widths = [b - a for a, b in pairwise(own)]
+        integers = [round((k - least) * (1 << shift)) for k in scaled]
+        widths = [b - a for a, b in pairwise(integers)]
         if ((most - least) << shift).bit_length() >= form.wide or min(widths) < 1:
             continue
         if max(widths).bit_length() + share_bits >= form.wide:
             continue
         unit = Fraction(1, 1 << (form.fraction + shift))
-        off = max(abs((k - least) * (1 << shift) - o) for k, o in zip(scaled, own, strict=True)) * unit
-        return Axis(position, least, most, shift, tuple(own), off)
+        off = max(abs((k - least) * (1 << shift) - o) for k, o in zip(scaled, integers, strict=True)) * unit
+        return Axis(position, least, most, shift, tuple(integers), off)
     return None
 
 
@@ -247,10 +247,10 @@ def _entries(table: Table, form: Format, share_bits: int) -> Entries | None:
     scaled = [Fraction(v) * (1 << form.fraction) for v in table.value]
     base = math.floor(min(scaled))
     for guard in range(_EXTRA, -1, -1):
-        own = [round((v - base) * (1 << guard)) for v in scaled]
+        integers = [round((v - base) * (1 << guard)) for v in scaled]
         # Two bits to spare: for the sum of the weighted ends, and for its rounding.
-        if max(own).bit_length() + share_bits <= form.wide - 2:
-            return Entries(base, guard, tuple(own))
+        if max(integers).bit_length() + share_bits <= form.wide - 2:
+            return Entries(base, guard, tuple(integers))
     return None
 
 
@@ -296,9 +296,9 @@ def _steepest(grid: Grid, table: Table, axis: int) -> tuple[Fraction, Fraction]:
     for position in range(len(table.value) - stride):
         k = position // stride % len(knots)
         if k < len(widths):
-            own = abs(table.value[position + stride] - table.value[position])
+            difference = abs(table.value[position + stride] - table.value[position])
             # Differences of floats are rounded; one unit more is an upper bound.
-            largest[k] = max(largest[k], math.nextafter(own, math.inf))
+            largest[k] = max(largest[k], math.nextafter(difference, math.inf))
     for most, width in zip(largest, widths, strict=True):
         rise, slope = max(rise, Fraction(most)), max(slope, Fraction(most) / width)
     return rise, slope

@@ -130,8 +130,8 @@ def shared_library(sources: Mapping[str, str], command: str) -> bytes:
         except OSError as error:
             raise CodegenError(f"the C compiler '{command}' cannot be run: {error.strerror}") from None
         if run.returncode:
-            said = "\n".join(run.stderr.splitlines()[:10]) or f"it said nothing; exit code {run.returncode}"
-            raise CodegenError(f"the C compiler '{command}' refuses the source of the FMU:\n{said}")
+            message = "\n".join(run.stderr.splitlines()[:10]) or f"it said nothing; exit code {run.returncode}"
+            raise CodegenError(f"the C compiler '{command}' refuses the source of the FMU:\n{message}")
         return (Path(folder) / "library").read_bytes()
 
 

@@ -39,12 +39,14 @@ def block_model(unit: Unit) -> Model:
         bounds = [(v, unit.bounds[v.name]) for v in unit.system.outputs]
         outputs = [Variable(v.name, 0.0, b.lo, b.hi, v.unit, v.label) for v, b in bounds]
     params, constants = params_of(unit)
-    given = [f"{_cast(layout)}{value}" for value in _values(1, inputs)]
-    arguments = layout.call("&model->memory", "&params", [*given, *([f"{_cast(layout)}dt"] if unit.takes_time else [])])
+    numbers = [f"{_cast(layout)}{value}" for value in _values(1, inputs)]
+    arguments = layout.call(
+        "&model->memory", "&params", [*numbers, *([f"{_cast(layout)}dt"] if unit.takes_time else [])]
+    )
     lines = param_lines(layout, 1 + len(inputs) + len(outputs))
     lines += call_lines(layout, arguments, _values(1 + len(inputs), outputs))
     if unit.rates is not None:
-        lines.append(f"{layout.name}_adapt(&model->memory, {', '.join(given)}, {_cast(layout)}dt);")
+        lines.append(f"{layout.name}_adapt(&model->memory, {', '.join(numbers)}, {_cast(layout)}dt);")
     elif not unit.takes_time:
         lines.append("(void)dt;")
     return Model(
@@ -68,8 +70,11 @@ def block_model(unit: Unit) -> Model:
 def params_of(unit: Unit) -> tuple[list[Variable], list[Variable]]:
     """Return the free params, and those that are constants; params that are computed from free ones are neither."""
     block, free = unit.block, {n.name for n in unit.numbers}
-    values, known = block.param_values.values, {p.name: p for p in block.params}
-    params = [_param(known[n.name], values) if n.name in known else Variable(n.name, n.start) for n in unit.numbers]
+    values, declarations = block.param_values.values, {p.name: p for p in block.params}
+    params = [
+        _param(declarations[n.name], values) if n.name in declarations else Variable(n.name, n.start)
+        for n in unit.numbers
+    ]
     fixed = [p for p in block.params if p.name in values and not read_by([Name(p.name)], block.params) & free]
     return params, [_param(p, values) for p in fixed]
 
@@ -110,13 +115,13 @@ def _of_period(controller: Controller) -> set[str]:
 
 def read_by(expressions: Iterable[Expr], params: Sequence[Param]) -> set[str]:
     """Return the params that expressions read, those included that their params are computed from."""
-    known = {p.name: p.expression for p in params}
+    definitions = {p.name: p.expression for p in params}
     waiting, result = [n.name for e in expressions for n in names_in(e)], set[str]()
     while waiting:
         name = waiting.pop()
-        if name in known and name not in result:
+        if name in definitions and name not in result:
             result.add(name)
-            waiting += [n.name for n in names_in(known[name])]
+            waiting += [n.name for n in names_in(definitions[name])]
     return result
 
 

@@ -144,8 +144,8 @@ def _number(v: Variable, kind: dict[str, str]) -> dict[str, str | float | None]:
 
 def _variables2(model: Model) -> Iterator[str]:
     for reference, (v, kind) in enumerate(_kinds(model), start=1):
-        own = {n: t for n, t in kind.items() if (kind["causality"], n) != ("input", "initial")}
-        head = _attributes(name=v.name, valueReference=str(reference), description=v.label, **own)
+        attributes = {n: t for n, t in kind.items() if (kind["causality"], n) != ("input", "initial")}
+        head = _attributes(name=v.name, valueReference=str(reference), description=v.label, **attributes)
         yield f"<ScalarVariable{head}><Real{_attributes(**_number(v, kind))}/></ScalarVariable>"
 
 

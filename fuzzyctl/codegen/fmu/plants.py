@@ -45,12 +45,12 @@ def plant_model(plant: Plant, text: str, free: Sequence[str] = ()) -> Model:
     outputs = [signal_variable(s, values) for s in plant.results]
     params, constants = params_of(unit)
     first = 1 + len(inputs)
-    given = [f"model->value[{1 + k}]" for k in range(len(inputs))]
-    given += [*(f"state[{k}]" for k in range(len(plant.states))), "t", "1.0"]
+    arguments = [f"model->value[{1 + k}]" for k in range(len(inputs))]
+    arguments += [*(f"state[{k}]" for k in range(len(plant.states))), "t", "1.0"]
     targets = [f"model->value[{first + k}]" for k in range(len(outputs))]
     targets += [f"rate[{k}]" for k in range(len(plant.states))]
     lines = param_lines(layout, first + len(outputs))
-    lines += call_lines(layout, layout.call("", "&params", given), targets)
+    lines += call_lines(layout, layout.call("", "&params", arguments), targets)
     longest = Variable(
         _unused("integration_step", [v.name for v in (*inputs, *outputs, *params, *constants)]),
         *(INTEGRATION_STEP, 1e-12, math.inf, "s", "longest step of integration, by the method of Runge and Kutta"),

@@ -43,9 +43,9 @@ MOST_SAMPLES: Final = 10_000_000
 
 def numbers(block: EquationBlock, params: ParamValues) -> Iterator[Diagnostic]:
     """Check the numbers of a block, as far as its params have values."""
-    found = list(_written_numbers(block, params))
-    yield from found
-    reported = {d.span for d in found}
+    mistakes = list(_written_numbers(block, params))
+    yield from mistakes
+    reported = {d.span for d in mistakes}
     yield from (d for d in _constants(block, params) if d.span not in reported)
 
 
@@ -55,11 +55,11 @@ def numbers_of_all(block: EquationBlock) -> Iterator[Diagnostic]:
     Numbers that follow from reported ones are not reported.
     """
     params = block.param_values
-    found = list(numbers(block, params))
-    if not found:
-        found = [d for _, inner, given in inside(block, params) for d in numbers_of_all(with_values(inner, given))]
+    mistakes = list(numbers(block, params))
+    if not mistakes:
+        mistakes = [d for _, inner, values in inside(block, params) for d in numbers_of_all(with_values(inner, values))]
     # A plant of one line has equations without a place.
-    placed = [d if d.span else replace(d, span=block.span) for d in found]
+    placed = [d if d.span else replace(d, span=block.span) for d in mistakes]
     yield from (d for k, d in enumerate(placed) if d not in placed[:k])
 
 
@@ -77,9 +77,9 @@ def _written_numbers(block: EquationBlock, params: ParamValues) -> Iterator[Diag
             yield from _range(name, bounds, params)
     outside_range: set[str] = set()
     for param in block.params:
-        found = list(_within(f"param '{param.name}'", param.expression, param.bounds, params))
-        outside_range |= {param.name} if found else set()
-        yield from found
+        mistakes = list(_within(f"param '{param.name}'", param.expression, param.bounds, params))
+        outside_range |= {param.name} if mistakes else set()
+        yield from mistakes
     for state in block.states:
         what = f"the start of state '{state.name}'"
         outside = list(_within(what, state.start, state.bounds, params))
@@ -209,31 +209,31 @@ def _instance(
     Calls that use reported params are not reported.
     """
     names = {p.name for p in callee.params}
-    given = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword) and a.name in names}
-    given = {name: e for name, e in given.items() if not any(n.name in reported for n in names_in(e))}
-    found = {name: _computed(e, params) for name, e in given.items()}
-    yield from (value for value in found.values() if isinstance(value, Diagnostic))
-    numbers = {name: value for name, value in found.items() if isinstance(value, float)}
+    arguments = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword) and a.name in names}
+    arguments = {name: e for name, e in arguments.items() if not any(n.name in reported for n in names_in(e))}
+    results = {name: _computed(e, params) for name, e in arguments.items()}
+    yield from (value for value in results.values() if isinstance(value, Diagnostic))
+    numbers = {name: value for name, value in results.items() if isinstance(value, float)}
     written = callee.name.rpartition(".")[2]  # before it, if it became a separate one: see instance_params
     for name, value in numbers.items():
         if math.isinf(value):
             message = f"param '{name}' of '{written}' is infinite"
-            yield Diagnostic("FZ307", message, span_of(given[name]) or instance.span, help=FINITE)
+            yield Diagnostic("FZ307", message, span_of(arguments[name]) or instance.span, help=FINITE)
     for o in outside_ranges(callee, numbers) if numbers else ():
         what = f"{o.what} of '{written}'"
-        place = next((span_of(e) for name, e in given.items() if o.what == f"param '{name}'"), instance.span)
+        place = next((span_of(e) for name, e in arguments.items() if o.what == f"param '{name}'"), instance.span)
         yield _outside(what, o.value, place, o.bounds, o.text)
 
 
 def _called(call: Call, system: FuzzySystem, params: ParamValues) -> Iterator[Diagnostic]:
     """Check the params that a call of a system sets."""
-    given = {a.name: a.value for a in call.arguments if isinstance(a, Keyword)}
-    numbers = {name: value for name, e in given.items() if isinstance(value := _computed(e, params), float)}
-    own = [replace(p, expression=Number(numbers[p.name])) if p.name in numbers else p for p in system.params]
-    values = ParamValues(own, partial=True)
-    for param in own:
+    arguments = {a.name: a.value for a in call.arguments if isinstance(a, Keyword)}
+    numbers = {name: value for name, e in arguments.items() if isinstance(value := _computed(e, params), float)}
+    inner = [replace(p, expression=Number(numbers[p.name])) if p.name in numbers else p for p in system.params]
+    values = ParamValues(inner, partial=True)
+    for param in inner:
         if param.name in numbers:
-            value, place = numbers[param.name], span_of(given[param.name])
+            value, place = numbers[param.name], span_of(arguments[param.name])
             what = f"param '{param.name}' of '{system.name}'"
             if math.isinf(value):
                 yield Diagnostic("FZ307", f"{what} is infinite", place, help=FINITE)
@@ -247,14 +247,14 @@ def _dead_times(plant: Plant, params: ParamValues) -> Iterator[Diagnostic]:
         for call in walk(item.value):
             if not (isinstance(call, Call) and call.function in PLANT_FUNCTIONS):
                 continue
-            given = bound(PLANT_FUNCTIONS[call.function], call)
-            value = _computed(given["time"], params)
+            arguments = bound(PLANT_FUNCTIONS[call.function], call)
+            value = _computed(arguments["time"], params)
             if isinstance(value, Diagnostic):
                 yield value
             elif value is not None and not 0 <= value < math.inf:
                 message = f"the dead time is {value:g} s: expected a finite time of 0 or more"
-                yield Diagnostic("FZ302", message, span_of(given["time"]), help="write a time, such as: 0.5 s")
-            yield from _finite_start("the start of the dead time", given["start"], params)
+                yield Diagnostic("FZ302", message, span_of(arguments["time"]), help="write a time, such as: 0.5 s")
+            yield from _finite_start("the start of the dead time", arguments["start"], params)
 
 
 def _finite_start(what: str, start: Expr, params: ParamValues) -> Iterator[Diagnostic]:
@@ -268,14 +268,14 @@ def _finite_start(what: str, start: Expr, params: ParamValues) -> Iterator[Diagn
 
 def _run(loop: Loop, params: ParamValues) -> Iterator[Diagnostic]:
     """Check duration and step of a run."""
-    found = [
+    mistakes = [
         *_positive("the duration", loop.duration, params, "write a time, such as: run 50 s"),
         *_positive("the step", loop.step, params, "write a time, such as: run 50 s step 10 ms"),
     ]
-    yield from found
+    yield from mistakes
     duration = _computed(loop.duration, params)
     step = None if loop.step is None else _computed(loop.step, params)
-    if found or not isinstance(duration, float) or not isinstance(step, float) or loop.step is None:
+    if mistakes or not isinstance(duration, float) or not isinstance(step, float) or loop.step is None:
         return
     if step > duration:
         message = f"the step is {step:g} s, longer than the run of {duration:g} s"
@@ -315,12 +315,12 @@ def _times(call: Call, params: ParamValues) -> Iterator[Diagnostic]:
 def _settings(call: Call, params: ParamValues) -> Iterator[Diagnostic]:
     name = call.function
     form = (SIGNALS | MEASURES)[name]
-    given = bound(form, call)
-    found = {s: _computed(given[s], params) for s in form.settings if s in given and s not in form.texts}
-    yield from (v for v in found.values() if isinstance(v, Diagnostic))
-    values = {s: v for s, v in found.items() if isinstance(v, float)}
+    arguments = bound(form, call)
+    results = {s: _computed(arguments[s], params) for s in form.settings if s in arguments and s not in form.texts}
+    yield from (v for v in results.values() if isinstance(v, Diagnostic))
+    values = {s: v for s, v in results.items() if isinstance(v, float)}
     for setting, value in values.items():
-        place = span_of(given[setting]) or call.span
+        place = span_of(arguments[setting]) or call.span
         if setting in _POSITIVE.get(name, ()) and not value > 0:
             message = f"'{setting}' of '{name}' is {value:g}: expected a positive number"
             yield Diagnostic("FZ302", message, place, help=f"the form is: {form.form}")
@@ -333,9 +333,9 @@ def _settings(call: Call, params: ParamValues) -> Iterator[Diagnostic]:
     first, last = _ASCENDING.get(name, ("begin", "end"))
     if first in values and last in values and not values[first] < values[last]:
         message = f"'{last}' of '{name}' is {values[last]:g}, not above '{first}', {values[first]:g}"
-        is_swapped = span_of(given[first]) is not None and values[first] > values[last]
+        is_swapped = span_of(arguments[first]) is not None and values[first] > values[last]
         help_text = "put the smaller one first" if is_swapped else f"give '{last}' a value above {values[first]:g}"
-        yield Diagnostic("FZ304", message, span_of(given[last]) or call.span, help=help_text)
+        yield Diagnostic("FZ304", message, span_of(arguments[last]) or call.span, help=help_text)
 
 
 def unread_names(block: EquationBlock) -> Iterator[Diagnostic]:

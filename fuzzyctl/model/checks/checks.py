@@ -249,8 +249,8 @@ def unused_terms(system: FuzzySystem) -> Iterator[Diagnostic]:
         if variable.name not in touched:
             continue
         only_peaks = variable.name not in in_antecedents and _takes_peaks(system, variable)
-        kept = (t for t in variable.terms if (variable.name, t.name) in used)
-        helps = helps_by_line(kept, only_peaks=only_peaks)
+        terms = (t for t in variable.terms if (variable.name, t.name) in used)
+        helps = helps_by_line(terms, only_peaks=only_peaks)
         for term in variable.terms:
             if (variable.name, term.name) not in used and (term.span is None or term.span not in lines):
                 message = f"no rule uses term '{term.name}' of '{variable.name}'"

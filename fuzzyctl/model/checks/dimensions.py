@@ -157,21 +157,21 @@ _Token = tuple[str, Dimension]
 def _tokens(text: str) -> Iterator[_Token]:
     place = 0
     while place < len(text):
-        found = _TOKEN.match(text, place)
-        if found is None:
+        match = _TOKEN.match(text, place)
+        if match is None:
             raise _UnreadError
-        place = found.end()
-        if found["word"] is None:
-            yield next(k for k in ("divide", "times", "open", "close", "one") if found[k]), _ONE
+        place = match.end()
+        if match["word"] is None:
+            yield next(k for k in ("divide", "times", "open", "close", "one") if match[k]), _ONE
             continue
-        yield "word", _power(found)
+        yield "word", _power(match)
 
 
-def _power(found: re.Match[str]) -> Dimension:
-    word = _word(found["word"])
-    if word.words and found["digits"]:
-        return _word(found["word"] + found["digits"])  # a name that ends in digits
-    digits = found["power"] or (found["raised"] or "").translate(_SUPERSCRIPTS) or found["digits"] or "1"
+def _power(match: re.Match[str]) -> Dimension:
+    word = _word(match["word"])
+    if word.words and match["digits"]:
+        return _word(match["word"] + match["digits"])  # a name that ends in digits
+    digits = match["power"] or (match["raised"] or "").translate(_SUPERSCRIPTS) or match["digits"] or "1"
     return _ONE.times(word, int(digits.strip("()")))
 
 

@@ -166,16 +166,16 @@ def bad_parameters(numbers: Numbers) -> Iterator[Diagnostic]:
     """Find feet out of order, infinite feet of the wrong sign and widths that are not positive."""
     seen: set[tuple[str, int]] = set()
     for v in numbers.variables:
-        for term, given in numbers.given(v):
-            mistake = MEMBERSHIP[term.membership.kind].mistake(given)
+        for term, values in numbers.given(v):
+            mistake = MEMBERSHIP[term.membership.kind].mistake(values)
             if mistake is None:
                 continue
             # The peaks of one `terms` line share their mistakes: one of them is enough.
             line = (v.name, term.span.line if term.span is not None else id(term))
-            if line in seen or (numbers.range(v) is None and _comes_from_range(v, (term, given))):
+            if line in seen or (numbers.range(v) is None and _comes_from_range(v, (term, values))):
                 continue
             seen.add(line)
-            yield _bad_shape(v, (term, given), mistake)
+            yield _bad_shape(v, (term, values), mistake)
 
 
 def _comes_from_range(v: LinguisticVariable, shape: Shape) -> bool:
@@ -188,22 +188,22 @@ def _comes_from_range(v: LinguisticVariable, shape: Shape) -> bool:
 
 
 def _is_of_partition(shape: Shape) -> bool:
-    term, given = shape
-    return term.span is not None and term.span == term.membership.span and len(given) == 3
+    term, values = shape
+    return term.span is not None and term.span == term.membership.span and len(values) == 3
 
 
 def _bad_shape(v: LinguisticVariable, shape: Shape, mistake: str) -> Diagnostic:
-    term, given = shape
+    term, values = shape
     if _is_of_partition(shape):
         # Its feet are the peaks beside it, which are all that was written.
-        message = f"the peaks of '{v.name}' are out of order: {given[1]:.6g} of '{term.name}', then {given[2]:.6g}"
+        message = f"the peaks of '{v.name}' are out of order: {values[1]:.6g} of '{term.name}', then {values[2]:.6g}"
         return Diagnostic("FZ301", message, term.span, help="list the terms from left to right")
     unordered = "greater than" in mistake
     formula = MEMBERSHIP[term.membership.kind]
     order = f"; the order is {', '.join(formula.parameters)}" if unordered and not formula.variadic else ""
     help_text = "give the points from left to right" if unordered and formula.variadic else ""
     if unordered and not formula.variadic:
-        points = sorted(zip(given, map(to_text, term.membership.arguments), strict=True), key=lambda p: p[0])
+        points = sorted(zip(values, map(to_text, term.membership.arguments), strict=True), key=lambda p: p[0])
         help_text = f"from left to right it is: {formula.name}({', '.join(text for _, text in points)})"
     message = f"term '{term.name}' of '{v.name}': {mistake}{order}"
     place = term.membership.span or term.span

@@ -104,12 +104,12 @@ def odd_cells(system: FuzzySystem) -> Iterator[Diagnostic]:
         if not isinstance(block, RuleTable) or block.rows is None or len(block.outputs) != 1:
             continue
         ranks = ranks_of(system, block)
-        found = list(_breaks(ranks, len(system.output(block.outputs[0]).terms))) if ranks is not None else []
+        breaks = list(_breaks(ranks, len(system.output(block.outputs[0]).terms))) if ranks is not None else []
         # A cell that jumps has a message already.
-        if ranks is not None and found and culprit(ranks) is None:
-            cells = reduce(frozenset.intersection, (b.cells for b in found))
+        if ranks is not None and breaks and culprit(ranks) is None:
+            cells = reduce(frozenset.intersection, (b.cells for b in breaks))
             if cells:
-                yield _diagnostic(block, max(cells), found[0])
+                yield _diagnostic(block, max(cells), breaks[0])
 
 
 def _breaks(ranks: list[list[int]], terms: int) -> Iterator[_Break]:

@@ -152,8 +152,8 @@ def _not_monotone(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
 
 def _can_be_solved(numbers: Numbers, output: Output, term: Term) -> bool:
     """Return whether the place of a degree of a formula can be written down, which factors of 0 prevent."""
-    known = {name: Number(value) for name, value in numbers.params.values.items() if name != output.name}
-    expression = replace_names(term.membership.arguments[0], known)
+    values = {name: Number(value) for name, value in numbers.params.values.items() if name != output.name}
+    expression = replace_names(term.membership.arguments[0], values)
     factors = [part for e in walk(expression) if isinstance(e, Binary) and e.op in "*/" for part in (e.left, e.right)]
     is_flat = any(numbers.value(part) == 0.0 for part in factors if not names_in(part))
     return not is_flat and solved(expression, output.name, Name("w")) is not None
@@ -313,12 +313,12 @@ def outside_ranges(block: EquationBlock, given: Mapping[str, float], path: str =
     chosen = [(f"param '{path}{p.name}'", p.expression, p.bounds) for p in changed if p.name in given]
     others = [(f"param '{path}{p.name}'", p.expression, p.bounds) for p in changed if p.name not in given]
     others += [(f"the start of state '{path}{s.name}'", s.start, s.bounds) for s in block.states]
-    found = [*_outside(chosen, params)] or [*_outside(others, params)]
-    yield from found
-    if found:
+    results = [*_outside(chosen, params)] or [*_outside(others, params)]
+    yield from results
+    if results:
         return
-    for instance, inner, known in inside(block, params):
-        yield from outside_ranges(inner, known, f"{path}{instance.name}.")
+    for instance, inner, values in inside(block, params):
+        yield from outside_ranges(inner, values, f"{path}{instance.name}.")
 
 
 def _outside(ranged: Sequence[tuple[str, Expr, Bounds | None]], params: ParamValues) -> Iterator[Outside]:
@@ -337,8 +337,8 @@ def has_computed_params(block: EquationBlock) -> bool:
         return True
     for instance in block.instances:
         inner = block.callee(instance)
-        given, ranged = _given(instance, inner), {p.name for p in inner.params if p.bounds is not None}
-        if any(names_in(e) for name, e in given.items() if name in ranged) or has_computed_params(inner):
+        arguments, ranged = _given(instance, inner), {p.name for p in inner.params if p.bounds is not None}
+        if any(names_in(e) for name, e in arguments.items() if name in ranged) or has_computed_params(inner):
             return True
     return False
 

@@ -117,9 +117,9 @@ class Units:
                 self._slope(output.name, along.name, bound)
                 return ""
             case Compare(left=Call(function="total"), right=least):
-                given = self.unit(least)
-                if given and surely_differ(given, "1"):
-                    self._report(f"'{to_text(least)}' is measured in {given}, a strength has no unit", least)
+                unit = self.unit(least)
+                if unit and surely_differ(unit, "1"):
+                    self._report(f"'{to_text(least)}' is measured in {unit}, a strength has no unit", least)
                 return ""
             case Compare(left=left, right=right):
                 self.join([left, right])
@@ -150,39 +150,39 @@ class Units:
 
     def join(self, parts: Sequence[Expr]) -> str:
         """Return the unit that all parts share; report the first that has another than one before it."""
-        known = [(part, unit) for part in parts if (unit := self.unit(part))]
-        for part, unit in known[1:]:
-            if self._differ(unit, known[0][1]):
-                first = to_text(known[0][0])
-                message = f"'{first}' is measured in {known[0][1]}, '{to_text(part)}' in {unit}"
+        pairs = [(part, unit) for part in parts if (unit := self.unit(part))]
+        for part, unit in pairs[1:]:
+            if self._differ(unit, pairs[0][1]):
+                first = to_text(pairs[0][0])
+                message = f"'{first}' is measured in {pairs[0][1]}, '{to_text(part)}' in {unit}"
                 self._report(message, part)
                 return ""
-        return known[0][1] if known else ""
+        return pairs[0][1] if pairs else ""
 
     def define(self, name: str, value: Expr) -> None:
         """Report a value that is measured in another unit than the name that it is given."""
-        given, declared = self.unit(value), self.of.get(name, "")
-        if given and declared and self._differ(given, declared):
-            self._report(f"'{name}' is measured in {declared}, '{to_text(value)}' in {given}", value)
+        unit, declared = self.unit(value), self.of.get(name, "")
+        if unit and declared and self._differ(unit, declared):
+            self._report(f"'{name}' is measured in {declared}, '{to_text(value)}' in {unit}", value)
 
     def define_rate(self, name: str, value: Expr) -> None:
         """Report a derivative by time that is measured in another unit than the state per second."""
-        given, declared = self.unit(value), self.of.get(name, "")
-        if given and declared and surely_differ(given, declared, "s"):
-            message = f"'{to_text(value)}' is measured in {given}, the derivative of '{name}' in {declared} per s"
+        unit, declared = self.unit(value), self.of.get(name, "")
+        if unit and declared and surely_differ(unit, declared, "s"):
+            message = f"'{to_text(value)}' is measured in {unit}, the derivative of '{name}' in {declared} per s"
             self._report(message, value)
 
     def _of_operator(self, call: Call) -> str:
         """Return the unit of an operator with state, after its settings."""
-        function, given = call.function, [a for a in call.arguments if not isinstance(a, Keyword)]
-        unit = self.unit(given[0]) if given else ""
+        function, positional = call.function, [a for a in call.arguments if not isinstance(a, Keyword)]
+        unit = self.unit(positional[0]) if positional else ""
         names = OPERATORS[function].settings  # `delay` of plants takes a time in place of samples
         named = [(a.name, a.value) for a in call.arguments if isinstance(a, Keyword)]
-        for name, value in [*zip(names, given[1:], strict=False), *named]:
-            own, power = self.unit(value), _SETTINGS.get((function, name))
+        for name, value in [*zip(names, positional[1:], strict=False), *named]:
+            measure, power = self.unit(value), _SETTINGS.get((function, name))
             wanted = "s" if (function, name) in _TIMES else "" if power is None else self._over_time(unit, power)
-            if own and wanted and surely_differ(own, wanted):
-                message = f"'{to_text(value)}' is measured in {own}, '{name}' of '{function}' in {wanted}"
+            if measure and wanted and surely_differ(measure, wanted):
+                message = f"'{to_text(value)}' is measured in {measure}, '{name}' of '{function}' in {wanted}"
                 self._report(message, value)
         power = _OPERATORS[function]
         return "" if power is None else self._over_time(unit, power)
@@ -204,18 +204,18 @@ class Units:
 
     def _slope(self, output: str, along: str, bound: Expr) -> None:
         """Report a bound of a slope in another unit than that of the output per that of the input."""
-        given, above, below = self.unit(bound), self.of.get(output, ""), self.of.get(along, "")
-        if given and above and below and surely_differ(given, above, below):
+        unit, above, below = self.unit(bound), self.of.get(output, ""), self.of.get(along, "")
+        if unit and above and below and surely_differ(unit, above, below):
             due = "has no unit" if are_same(above, below) else f"in {above} per {below}"
             slope = f"a slope of '{output}' along '{along}'"
-            self._report(f"'{to_text(bound)}' is measured in {given}, {slope} {due}", bound)
+            self._report(f"'{to_text(bound)}' is measured in {unit}, {slope} {due}", bound)
 
     def take(self, function: str, arguments: Sequence[Expr], wanted: Sequence[str]) -> None:
         """Report arguments that are measured in other units than a call takes."""
         for argument, unit in zip(arguments, wanted, strict=False):
-            given = self.unit(argument)
-            if given and unit and self._differ(given, unit):
-                self._report(f"'{to_text(argument)}' is measured in {given}, '{function}' takes {unit}", argument)
+            measure = self.unit(argument)
+            if measure and unit and self._differ(measure, unit):
+                self._report(f"'{to_text(argument)}' is measured in {measure}, '{function}' takes {unit}", argument)
 
     def _report(self, message: str, place: Expr) -> None:
         help_text = "use quantities of one unit here; write a factor where units are to be converted"
@@ -250,9 +250,11 @@ def _define(units: Units, definitions: Sequence[Definition], systems: Sequence[F
     outputs = {s.name: {o.name: o.unit for o in s.outputs} for s in systems}
     for _ in range(2):
         for d in definitions:
-            given = outputs.get(d.value.function) if isinstance(d.value, Call) else None
-            units.of[d.name] = units.unit(d.value) if not given or len(given) > 1 else next(iter(given.values()))
-            for output, unit in (given or {}).items():
+            by_output = outputs.get(d.value.function) if isinstance(d.value, Call) else None
+            units.of[d.name] = (
+                units.unit(d.value) if not by_output or len(by_output) > 1 else next(iter(by_output.values()))
+            )
+            for output, unit in (by_output or {}).items():
                 units.of[f"{d.name}.{output}"] = unit
     for d in definitions:
         units.unit(d.value)
@@ -260,8 +262,8 @@ def _define(units: Units, definitions: Sequence[Definition], systems: Sequence[F
 
 def _connect(units: Units, instance: Instance, callee: EquationBlock) -> None:
     """Compare the units of arguments with those of the inputs that they are connected to."""
-    given = [a for a in instance.arguments if not isinstance(a, Keyword)]
+    positional = [a for a in instance.arguments if not isinstance(a, Keyword)]
     inputs = {i.name: i.unit for i in callee.inputs}
     named = [(a.value, inputs[a.name]) for a in instance.arguments if isinstance(a, Keyword) and a.name in inputs]
-    for argument, unit in (*zip(given, inputs.values(), strict=False), *named):
+    for argument, unit in (*zip(positional, inputs.values(), strict=False), *named):
         units.take(callee.name, [argument], [unit])
