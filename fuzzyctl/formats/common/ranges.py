@@ -191,6 +191,8 @@ def _is_constant_beyond(system: FuzzySystem, membership: Membership, lower: floa
         above = {y for x, y in vertices if x > upper} | {vertices[-1][1], _degree(vertices, upper)}
         return len(below) == len(above) == 1
     bends = [x for x in (*formula.pieces(p), *formula.core(p)) if math.isfinite(x)]
+    if not bends:
+        return False
     # A side without width is a jump; at the end of the range it counts as beyond the range.
     first, last = (p[0] == p[1], p[-1] == p[-2]) if membership.kind == "pi_shape" else (False, False)
     return lower <= min(bends) and max(bends) <= upper and not ((first and lower == p[0]) or (last and upper == p[-1]))

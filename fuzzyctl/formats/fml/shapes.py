@@ -7,8 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Number, evaluate
+from fuzzyctl.formats.common.losses import cannot
 from fuzzyctl.formats.common.words import one_sided
 from fuzzyctl.formats.fml.document import Element, Markup
 from fuzzyctl.formulas import MEMBERSHIP, is_straight
@@ -283,6 +285,9 @@ def written_shape(system: FuzzySystem, variable: Input | Output, term: Term, *, 
         variable: The variable of the term.
         term: The term.
         monotone: Whether it must be a shape that Tsukamoto's method can invert, which excludes steps.
+
+    Raises:
+        DiagnosticError: For a term without a shape and without finite degrees, such as a bell of the width 0.
     """
     kind, ends = term.membership.kind, (system.number(variable.lower), system.number(variable.upper))
     # A function of an input has no parameters, so that it becomes points.
@@ -301,6 +306,8 @@ def written_shape(system: FuzzySystem, variable: Input | Output, term: Term, *, 
         points = _sampled(system, variable, term, ends)
     elif len(points) == 1:  # 1 everywhere
         points.append((points[0][0] + 1.0, points[0][1]))
+    if not all(math.isfinite(v) for point in points for v in point):
+        raise _without_points(system, variable, term)
     tag = "pointSetMonotonicShape" if monotone else "pointSetShape"
     return WrittenShape(tag, tuple(v for point in points for v in point), note, exact=bool(corners))
 
@@ -324,6 +331,15 @@ def _equal_shape(kind: str, p: Values, corners: tuple[tuple[float, float], ...],
 def _sampled(system: FuzzySystem, variable: Input | Output, term: Term, ends: Ends) -> list[tuple[float, float]]:
     low, high = ends
     degree = degree_function(system, variable, term)
-    assert degree is not None
+    if degree is None:  # a consequent that is a function of the inputs
+        raise _without_points(system, variable, term)
     places = (low + (high - low) * i / (_SAMPLES - 1) for i in range(_SAMPLES))
-    return [(x, degree(x)) for x in places]
+    try:
+        return [(x, degree(x)) for x in places]
+    except (ArithmeticError, ValueError):  # parameters that the checks of a file refuse
+        raise _without_points(system, variable, term) from None
+
+
+def _without_points(system: FuzzySystem, variable: Input | Output, term: Term) -> DiagnosticError:
+    reason = f"term '{term.name}' of '{variable.name}' has no shape in FML, and no finite degrees to write as points"
+    return cannot(system, ".fml", [reason])

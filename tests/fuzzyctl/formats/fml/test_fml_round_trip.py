@@ -184,6 +184,19 @@ def test_what_no_file_can_hold_is_reported_with_all_reasons_before_anything_is_w
     assert caught.value.diagnostics[0].facts == ("output 'y': there is no defuzzifier 'tsukamoto_sum'",)
 
 
+WITHOUT_DEGREES = [("bell", 0, 0, 2), ("spike", 0, 0), ("piecewise", 0, 0, 1, math.inf)]
+
+
+@pytest.mark.parametrize("parameters", WITHOUT_DEGREES)
+def test_a_term_without_finite_degrees_is_refused(parameters):
+    x = minimal().inputs[0].model_copy(update={"terms": (term("a", *parameters),)})
+    with pytest.raises(DiagnosticError) as caught:
+        write(minimal(inputs=(x,)))
+    (refusal,) = caught.value.diagnostics
+    reason = "term 'a' of 'x' has no shape in FML, and no finite degrees to write as points"
+    assert (refusal.code, refusal.facts) == ("FZ608", (reason,))
+
+
 @pytest.mark.parametrize(
     "hedges", [("not", "very"), ("very", "not"), ("very", "very", "very"), ("not", "extremely", "somewhat", "seldom")]
 )
