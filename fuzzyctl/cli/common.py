@@ -178,7 +178,7 @@ def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, No
                 code = command(*args, **kwargs)
         except DiagnosticError as error:
             show(error.diagnostics, str(kwargs.get("form", "text")))
-            code = _code_of(error.diagnostics)
+            code = code_of(error.diagnostics)
         except FuzzyctlError as error:
             if kwargs.get("form") == "json":
                 write_json({"error": str(error)})
@@ -189,7 +189,7 @@ def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, No
     return run
 
 
-def _code_of(diagnostics: Iterable[Diagnostic]) -> int:
+def code_of(diagnostics: Iterable[Diagnostic]) -> int:
     """Return the exit code of a command that gives up: wrong usage where all mistakes are in the command line."""
     errors = [d for d in diagnostics if d.severity == "error"]
     return USAGE if errors and all(d.code in _OF_ARGUMENTS for d in errors) else FAILED

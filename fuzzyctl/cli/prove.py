@@ -20,6 +20,7 @@ from fuzzyctl.cli.common import (
     UNDECIDED,
     NotNegative,
     answers_with_diagnostics,
+    code_of,
     end_of_range,
     report,
     show,
@@ -114,8 +115,10 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
             report(_summary(proofs))
         show(mistakes)
     kinds = {type(v).__name__ for p in proofs for v in p.verdicts}
-    if mistakes or "Refuted" in kinds:
+    if "Refuted" in kinds:
         return FAILED
+    if mistakes:
+        return code_of(mistakes)
     return UNDECIDED if "Undecided" in kinds else DONE
 
 

@@ -42,7 +42,7 @@ class Requirement:
     Args:
         text: As it was written.
         holds: Whether the run meets it.
-        facts: The measures that it names, with their values.
+        facts: The measures that it names, with their values, and its tolerance.
     """
 
     text: str
@@ -108,7 +108,8 @@ class Judgement:
         within = 0.0 if g.within is None else evaluate(g.within, names)
         used = dict.fromkeys(n.name for n in names_in(g.claim) if n.name in measures)
         facts = tuple(f"{n} = none" if math.isnan(measures[n]) else f"{n} = {measures[n]:.6g}" for n in used)
-        return Requirement(to_text(g.claim), _truth(g.claim, names, within) is True, facts)
+        tolerance = () if g.within is None else (f"within {within:.6g}",)
+        return Requirement(to_text(g.claim), _truth(g.claim, names, within) is True, facts + tolerance)
 
 
 def _calls(expr: Expr) -> list[Call]:

@@ -117,6 +117,12 @@ def test_no_two_pages_write_a_file_of_one_name_with_other_contents() -> None:
     assert not [(name, *map(str, owners)) for name, owners in shared.items() if len(owners) > 1]
 
 
+def test_no_wrapped_line_of_a_paragraph_becomes_a_quotation_or_a_list() -> None:
+    broken = re.compile(r"^(?!\d+\. )[^\s|<>#*+-][^\n]*\n *((?:>|[-+*]|\d+\.) [^\n]*)", re.MULTILINE)
+    breaks = {str(page): [line for line in broken.findall(without_code(page)) if line] for page in PAGES}
+    assert not {page: lines for page, lines in breaks.items() if lines}
+
+
 class TestTheRunnerItself:
     """A runner that lets everything pass would be worse than none."""
 

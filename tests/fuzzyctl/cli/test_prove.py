@@ -56,7 +56,11 @@ def test_params_may_be_set(written):
     result = run(path, "--set", "c=0.25")
     assert result.exit_code == 1
     assert "c = 0.25" in result.stdout
-    assert run(path, "--set", "d=1").exit_code == 1
+
+
+@pytest.mark.parametrize("arguments", [("--set", "d=1"), ("--set", "c=one"), ("--block", "none")])
+def test_unknown_names_and_values_that_are_not_numbers_are_wrong_usage(written, arguments):
+    assert run(written("u <= c", extra="param c = 1\n"), *arguments).exit_code == 2
 
 
 def test_json_holds_the_same(written):
@@ -125,7 +129,7 @@ def test_one_of_several_systems_may_be_named(written, tmp_path):
     both.write_text(one + one.replace("system line", "system other").replace("u <= 1", "u <= 0"), encoding="utf-8")
     assert run(both).exit_code == 1
     assert run(both, "--block", "line").exit_code == 0
-    assert run(both, "--block", "none").exit_code == 1
+    assert run(both, "--block", "none").exit_code == 2
 
 
 def test_a_negative_time_is_wrong_usage(written):
@@ -194,7 +198,7 @@ class TestControllers:
         assert "line: no guarantees" in run(path, "--set", "top=0.5").stdout
         assert run(path, "--block", "line").stdout.endswith("0 proved\n")
         assert run(path, "--block", "valve").stdout.endswith("3 proved\n")
-        assert run(path, "--block", "vale").exit_code == 1
+        assert run(path, "--block", "vale").exit_code == 2
 
     def test_mistakes_are_reported_and_nothing_is_proved(self, controller):
         result = run(controller("z <= 0.5"))

@@ -108,6 +108,11 @@ class TestText:
         assert result.exit_code == 1
         assert "require final > 0.9: not met  (final = 0.666667)" in result.output
 
+    def test_the_tolerance_of_a_requirement_is_printed(self, small):
+        result = run(small(claim="== 0.6 within 0.1"))
+        assert result.exit_code == 0
+        assert "require final == 0.6: met  (final = 0.666667, within 0.1)" in result.output
+
     def test_the_shipped_loop_runs(self):
         result = run(TANK)
         assert result.exit_code == 0, result.output
