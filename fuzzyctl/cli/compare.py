@@ -113,9 +113,9 @@ def compare(
     git show HEAD:tip.fz | fuzzyctl compare - tip.fz --changes
 
     One file is compared as several tools compute it. Outputs are compared at corners of terms, on an even grid and at
-    random points; around the worst of them it is looked for a worse one. Then settings of the second are put into the
-    first, one by one, to see which of them explains the difference there. Inputs and outputs are paired by name, those
-    of other names in order.
+    random points; the search continues around the worst of them. Then settings are copied from the second to the first
+    one by one, to find those that explain the difference there. Inputs and outputs are paired by name, those of other
+    names in order.
 
     Of controllers one step is compared, from the state of the start or that of --state: the outputs, and the next
     values of states that both have.

@@ -72,11 +72,11 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
     """Prove the guarantees of rule files: their 'require' lines.
 
     Each one is proved for all inputs, refuted by a point that is evaluated, or left undecided with what would decide
-    it. Of controllers the ranges of states and outputs are proved, too: for every step that a run may come to.
+    it. Of controllers the ranges of states and outputs are proved, too: for every step that a run may reach.
     Exit code 1 if one is refuted or a file has mistakes, 3 if one is undecided.
 
     With --bounds no number that a kernel returns lies outside of what is printed, for any inputs; of a controller over
-    every step that a run may come to. Points where an output comes nearest are evaluated. Slopes are bounds of how much
+    every step that a run may reach. Points where an output comes nearest are evaluated. Slopes are bounds of how much
     an output changes per unit of each input.
 
     \b

@@ -69,7 +69,7 @@ def _wanted(only: str | None, scenario: Scenario) -> list[PaperFigure]:
 
 
 def _say(left_out: Mapping[int, str], asked: bool) -> None:
-    """Name figures that were asked for by number and do not exist; of the others index.md speaks."""
+    """Warn about figures that do not exist if they were selected by number; index.md lists all."""
     for number, why in left_out.items():
         if asked:
             say(f"warning: figure {number} is left out: {why}", err=True)
@@ -139,7 +139,7 @@ def index_text(made: Collection[int], left_out: Mapping[int, str], suffix: str, 
         if figure.number in made:
             lines += [figure.about, "", f"![Fig. {figure.number}]({figure.file(suffix)})", ""]
         else:
-            lines += [f"Left out: {left_out.get(figure.number, 'not asked for')}.", ""]
+            lines += [f"Left out: {left_out.get(figure.number, 'not selected by --only')}.", ""]
     lines += [
         "## The paper's other figures",
         "",

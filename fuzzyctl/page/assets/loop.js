@@ -37,7 +37,7 @@ function loopSection(loop) {
             ...(loop.measures.length ? [tableOf("Measures", [], loop.measures)] : []), ...verdictList(loop.verdicts),
             element("details", {}, element("summary", {}, "About the run"), tableOf("Facts", [], loop.facts))),
     ];
-    const main = [element("section", {}, element("h3", {}, "Signals over the time"), plot.box)];
+    const main = [element("section", {}, element("h3", {}, "Signals over time"), plot.box)];
     const run = { name: loop.name, t, move(k) {
         show(k);
         controlled.forEach((controls) => controls.follow(loop.inputs, k));

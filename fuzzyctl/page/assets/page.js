@@ -44,7 +44,8 @@ function build(main) {
     if (runs.length) {
         parts.push(timeBar(runs));
     }
-    parts.push(element("footer", { className: "note" }, `Written by fuzzyctl ${facts.version}. All numbers are computed on this page.`));
+    const origin = runs.length ? "Loops were run beforehand; all other numbers" : "All numbers";
+    parts.push(element("footer", { className: "note" }, `Written by fuzzyctl ${facts.version}. ${origin} are computed on this page.`));
     main.replaceChildren(...parts);
     return () => {
         pictures.forEach((p) => p.measure());

@@ -309,7 +309,7 @@ class TestFiles:
         assert "(fig08.svg)" in text
         assert "(fig09.svg)" not in text
         assert "Left out: the scenario has no obstacles." in text
-        assert "Left out: not asked for." in text
+        assert "Left out: not selected by --only." in text
         assert "a\\|b" in text
         assert all(f"## Fig. {k}: " in text for k in range(8, 29))
         assert "## Fig. 29" not in text
