@@ -65,9 +65,10 @@ else:
 
 def _values(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
     """Return a function that reads some fields of an object as a tuple."""
-    if len(names) > 1:
-        return attrgetter(*names)
-    return lambda item: tuple(getattr(item, name) for name in names)
+    if not names:
+        return lambda _: ()
+    get = attrgetter(*names)
+    return get if len(names) > 1 else lambda item: (get(item),)
 
 
 def _eq(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any, Any], Any]:

@@ -313,8 +313,12 @@ def written_shape(system: FuzzySystem, variable: Input | Output, term: Term, *, 
 
 
 def _equal_shape(kind: str, p: Values, corners: tuple[tuple[float, float], ...], ends: Ends) -> WrittenShape | None:
-    """Return a shape that is the same function in the range; a step is a trapezoid that is flat up to its end."""
-    kind, p = one_sided(kind, p)
+    """Return a shape that is the same function in the range; a step is a trapezoid that is flat up to its end.
+
+    A trapezoid with a shoulder stays points, which all tools read alike: drafts of the standard mirror left and right.
+    """
+    if kind != "trapezoid" or p[1] == p[2]:
+        kind, p = one_sided(kind, p)
     if kind == "constant":
         kind = "singleton"
     elif kind in ("triangle", "trapezoid") and len(corners) == 2 and corners[0][0] == corners[1][0]:

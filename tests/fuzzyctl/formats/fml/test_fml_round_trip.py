@@ -118,7 +118,6 @@ def test_knobs_that_nothing_uses_are_no_loss():
     ("kind", "values", "written"),
     [
         ("triangle", (-math.inf, 0.25, 1), '<leftLinearShape param1="0.25" param2="1"/>'),
-        ("trapezoid", (-math.inf, 0, 0.25, 1), '<leftLinearShape param1="0.25" param2="1"/>'),
         ("trapezoid", (0.25, 1, 1, math.inf), '<rightLinearShape param1="0.25" param2="1"/>'),
         ("ramp", (1, 0.25), '<leftLinearShape param1="0.25" param2="1"/>'),
         ("ramp", (0.25, 1), '<rightLinearShape param1="0.25" param2="1"/>'),
