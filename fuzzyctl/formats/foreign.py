@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
@@ -24,6 +25,9 @@ _AVERAGES: Final = {
     "fis": "write: Type='sugeno' and DefuzzMethod='wtaver'",
     "fll": "write: defuzzifier: WeightedAverage",
 }
+
+#: The part of a help that names a line of rule files.
+_ALLOW: Final = re.compile(r"write '(allow FZ\d+)'")
 
 
 def examine_foreign(format: Format, source: SourceText) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
@@ -68,3 +72,8 @@ def _softened(diagnostic: Diagnostic, source: SourceText, format: Format) -> Dia
     if help_text == BY_AVERAGE:
         help_text = _AVERAGES.get(format.name, "")
     return dataclasses.replace(diagnostic, severity=severity, help=help_text, file=diagnostic.file or source.name)
+
+
+def with_option(diagnostic: Diagnostic) -> Diagnostic:
+    """Return a diagnostic whose help names an option of `check`, since other formats have no line `allow`."""
+    return dataclasses.replace(diagnostic, help=_ALLOW.sub(r"check with '--\1'", diagnostic.help))

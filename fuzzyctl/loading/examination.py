@@ -97,6 +97,10 @@ class Examined:
             return []
         from fuzzyctl.loading.policy import apply_policy, in_order
 
+        if format_of(self.source.name) is not None:
+            from fuzzyctl.formats.foreign import with_option
+
+            results = [with_option(d) for d in results]
         return [in_original(d) for d in apply_policy(in_order(self.source, results), self.policy)]
 
 

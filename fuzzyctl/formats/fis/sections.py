@@ -77,7 +77,8 @@ class Entry:
         """Return a whole number of 0 or more; report anything else."""
         match = _COUNT.match(self.value.text)
         if match is None:
-            findings.error("FZ601", f"'{self.key}' is a whole number, got '{self.value.text[:40]}'", self.value)
+            message = f"'{self.key}' is a whole number of at most 9 digits, got '{self.value.text[:40]}'"
+            findings.error("FZ601", message, self.value)
         return int(match.group(1)) if match is not None else None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -262,12 +263,13 @@ def _with_jumps(
 
 def with_places(parameters: Sequence[float], numbers: Sequence[Number]) -> tuple[Number, ...]:
     """Return parameters with the places of the numbers in the file that they are, up to signs; each place once."""
-    rest, result = list(numbers), []
+    places: dict[float, deque[Span | None]] = defaultdict(deque)
+    for number in numbers:
+        places[number.value].append(number.span)
+    result = []
     for value in parameters:
-        same = [n for sign in (1, -1) for n in rest if n.value == sign * value]
-        if same:
-            rest.remove(same[0])
-        result.append(Number(value, span=same[0].span if same else None))
+        spans = places.get(value) or places.get(-value)
+        result.append(Number(value, span=spans.popleft() if spans else None))
     return tuple(result)
 
 

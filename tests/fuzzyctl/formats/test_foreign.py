@@ -214,3 +214,30 @@ def test_numbers_under_a_centroid_are_repaired_in_words_of_the_format(format, te
     (error,) = [d for d in diagnostics if d.severity == "error"]
     assert "is a number and has no area" in error.message
     assert error.help == f"write: {written}"
+
+
+JUMP = """
+FUNCTION_BLOCK s
+VAR_INPUT v : REAL; END_VAR
+VAR_OUTPUT o : REAL; END_VAR
+FUZZIFY v TERM a := 1; RANGE := (0 .. 4); END_FUZZIFY
+DEFUZZIFY o TERM x := (0, 0) (0.5, 1) (1, 0); METHOD : COG; DEFAULT := 0; RANGE := (0 .. 1); END_DEFUZZIFY
+RULEBLOCK r AND : MIN; ACT : MIN; ACCU : MAX; RULE 1 : IF v IS a THEN o IS x; END_RULEBLOCK
+END_FUNCTION_BLOCK
+"""
+
+
+def test_helps_name_an_option_instead_of_a_line_of_rule_files(tmp_path):
+    path = tmp_path / "s.fcl"
+    path.write_text(JUMP, encoding="utf-8")
+    _, diagnostics = fuzzyctl.check(path)
+    (jump,) = (d for d in diagnostics if d.code == "FZ405")
+    assert jump.help == "let terms overlap there; where the jump is meant, check with '--allow FZ405'"
+
+
+def test_a_count_of_too_many_digits_is_refused_with_its_limit():
+    text = re.sub(r"NumInputs=\d+", "NumInputs=1000000000", TIPPER)
+    with pytest.raises(DiagnosticError) as caught:
+        loads(text, "tipper.fis")
+    message = "'NumInputs' is a whole number of at most 9 digits, got '1000000000'"
+    assert [d.message for d in caught.value.diagnostics] == [message]

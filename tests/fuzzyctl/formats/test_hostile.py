@@ -84,6 +84,7 @@ N = 20_000
         ("and.fll", FLL + "  rule: if " + "service is poor and " * 5000 + "food is rancid then mTip is cheap\n"),
         ("parentheses.fll", FLL + "  rule: if " + "(" * N),
         ("hedges.fll", FLL + "  rule: if service is " + "very " * N + "poor then mTip is cheap\n"),
+        ("points.fll", FLL.replace("  term: cheap", f"  term: a Discrete {'1 0.5 ' * N}\n  term: cheap", 1)),
         ("keys.fll", "Engine: a;" + "term:;" * N),
         ("formula.fll", FLL.replace("25 + sin(service)", "(" * N)),
         ("words.fcl", FCL.replace("RULE 1 ", "x ; " * N + "RULE 1 ", 1)),
