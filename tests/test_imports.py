@@ -30,7 +30,7 @@ ORDER = [
     ["editor", "page"],
     ["studio"],
     ["cli"],
-    ["ros"],
+    ["ros", "testing"],
     ["__main__"],
 ]
 #: The same for the sub-packages of packages.
@@ -58,7 +58,7 @@ HOMES = {
     "llvmlite": {"fuzzyctl/kernels/backends/numba/machine_code.py"},
     "matplotlib": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
-    "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
+    "click": {"fuzzyctl/cli", "fuzzyctl/testing.py", "apps/dwmr/cli"},
     "pydantic": {
         "apps/dwmr",
         "fuzzyctl/experiments/sweep_spec.py",
