@@ -6,11 +6,10 @@ python tests/bench/proofs.py
 import time
 from pathlib import Path
 
-from fuzzyctl import loads, prove
+from fuzzyctl import load, loads, prove
 from fuzzyctl.analysis.extremes import _BySubdivision
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.kernels.plan.build import plan
-from fuzzyctl.loading.load import load
 from tests import shipped
 
 RULES = Path(__file__).resolve().parents[2] / "rules"

@@ -7,11 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl import loads, output_bounds
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
+from fuzzyctl import ArgumentError, NoRuleFiresError, loads, output_bounds
+from fuzzyctl import compile as compile_system
 from fuzzyctl.kernels.algorithms import rule_cells
 from fuzzyctl.kernels.algorithms.select import algorithm_of
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
 from tests.properties.around import points_around
 from tests.sizes import examples

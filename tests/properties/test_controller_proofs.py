@@ -5,13 +5,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fuzzyctl
-from fuzzyctl import Proved, Refuted
+from fuzzyctl import Kernel, Proved, Refuted
 from fuzzyctl.analysis.claims import ALWAYS, Bound, Claim, Every, Some
 from fuzzyctl.analysis.induction.claims import NEXT, loosened
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Number
-from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.step_form import StepForm
 from fuzzyctl.loading.load import look_through
 from tests import sizes

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fuzzyctl
+from fuzzyctl import DiagnosticError
 from fuzzyctl.codegen.fixed.fixed_format import to_format
 from fuzzyctl.codegen.fixed.fixed_step import fixed_step
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
 from tests.fuzzyctl.codegen.conftest import SANITIZED

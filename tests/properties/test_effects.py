@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, note
 
+from fuzzyctl import compile as compile_system
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.effects import diagnostics
 from fuzzyctl.analysis.jumps import largest_jump
 from fuzzyctl.formats.fz import antecedent_text
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.rule import RuleBlock, RuleTable
 from tests.properties.drawn_systems import KINDS

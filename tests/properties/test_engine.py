@@ -6,14 +6,13 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import given, note
 
-from fuzzyctl.analysis.bounds import output_bounds
+from fuzzyctl import FuzzySystem, output_bounds
+from fuzzyctl import compile as compile_system
 from fuzzyctl.analysis.coverage.box_search import Hole
 from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.expr import Number
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.method import Defuzzifier, Method
 from fuzzyctl.model.rule import Consequent, Is, Rule, RuleBlock
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Membership, Output, Term
 from tests.own_fields import names_of
 from tests.properties.drawn_systems import KINDS, RANGES, STRAIGHT, memberships, points, systems

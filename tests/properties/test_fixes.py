@@ -9,9 +9,9 @@ import pytest
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.fixing import errors_of, fix_source
-from fuzzyctl.support.shipped import rules_folder
 from tests import sizes
 from tests.properties.test_mutations import TOKEN
+from tests.shipped import rules_folder
 
 PUBLISHED = Path(__file__).parent.parent / "registry" / "published"
 LETTERS = "abcdefghijklmnopqrstuvwxyz"

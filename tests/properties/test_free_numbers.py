@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, note
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
+from fuzzyctl import ArgumentError, ValueOutOfBoundsError
+from fuzzyctl import compile as compile_system
 from fuzzyctl.expr import Number
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.free_numbers import parametrised
 from tests.properties.drawn_systems import KINDS, points
 from tests.properties.running import quick, total

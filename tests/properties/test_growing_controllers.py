@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzyctl import Proved, Undecided
+from fuzzyctl import Kernel, Proved, Undecided
 from fuzzyctl.analysis.induction.prover import ControllerProver
-from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.step_form import StepForm
 from tests import sizes
 from tests.properties.running import quick

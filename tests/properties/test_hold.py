@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl import dumps, loads
-from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
-from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl import NoRuleFiresError, dumps, loads
+from fuzzyctl import compile as compile_system
 from tests.sizes import examples
 
 BACKENDS = ("python", "numpy", "numba")

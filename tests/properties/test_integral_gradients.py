@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 
+from fuzzyctl import compile as compile_system
+from fuzzyctl import loads
 from fuzzyctl.formulas.norms import AGGREGATIONS, IMPLICATIONS
-from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.loading.load import loads
 from tests import sizes
 from tests.properties.running import quick
 

@@ -8,13 +8,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl import loads, output_bounds
-from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl import ArgumentError, loads, output_bounds
+from fuzzyctl import compile as compile_system
 from fuzzyctl.expr import Name
 from fuzzyctl.kernels.algorithms import interpolation
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.compile import operations
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.program.program import Between

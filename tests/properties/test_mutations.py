@@ -5,8 +5,8 @@ from itertools import islice
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import examine_all
-from fuzzyctl.support.shipped import rules_folder
 from tests import sizes
+from tests.shipped import rules_folder
 
 TOKEN = re.compile(r'"[^"\n]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|[^\W\d]\w*|<=|>=|==|!=|[^\s]')
 

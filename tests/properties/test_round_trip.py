@@ -7,13 +7,12 @@ import unicodedata
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from fuzzyctl import dumps, loads
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.fz import dumps
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.lang.syntax import RESERVED
-from fuzzyctl.loading.load import loads
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.variable import Hold, Membership

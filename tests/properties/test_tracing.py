@@ -6,10 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError, NoRuleFiresError
+from fuzzyctl import DiagnosticError, NoRuleFiresError, as_profile
+from fuzzyctl import compile as compile_system
 from fuzzyctl.explain.trace import trace
-from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.model.as_profile import as_profile
 from fuzzyctl.model.profiles import PROFILES
 from tests.properties.drawn_systems import plain_systems, points, systems
 from tests.properties.running import evaluated, quick

@@ -3,8 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from fuzzyctl import loads
-from fuzzyctl.analysis.bounds import output_bounds
+from fuzzyctl import loads, output_bounds
 from fuzzyctl.analysis.check import check_source
 from fuzzyctl.diagnostics.source import SourceText
 

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 import fuzzyctl
-from fuzzyctl import Proved, Refuted, Undecided
+from fuzzyctl import Controller, Proved, Refuted, Undecided, load
 from fuzzyctl.analysis.induction.bounds import controller_bounds
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.analysis.induction.step_model import BoxedStep
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.kernels.plan.expansion import _changed
-from fuzzyctl.loading.load import load, look_through
-from fuzzyctl.model.controller import Controller
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.loading.load import look_through
+from tests.shipped import rules_folder
 
 #: Seconds; what is decided here takes one at the most.
 AMPLE = 60.0

@@ -4,14 +4,13 @@ import math
 
 import pytest
 
-from fuzzyctl.analysis.bounds import output_bounds
+from fuzzyctl import FuzzySystem, output_bounds
+from fuzzyctl import compile as compile_system
 from fuzzyctl.analysis.coverage.box_search import Hole, Undecided
 from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.expr import Binary, Call, Name, Number
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import And, Consequent, Is, Or, Rule
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Membership, Output, Term
 from tests.own_fields import names_of
 

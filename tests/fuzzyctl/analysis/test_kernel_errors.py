@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fuzzyctl import Proved, loads, prove
+from fuzzyctl import compile as compile_system
 from fuzzyctl.analysis.kernel_errors import kernel_errors
 from fuzzyctl.kernels.algorithms.select import algorithm_of
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
 
 #: A falls to 0 behind 0.3, where B is 1: two corners that differ by less than 1e-14 of the range and count as one.

@@ -2,8 +2,7 @@
 
 import pytest
 
-from fuzzyctl import Proved, Refuted, Undecided, compile, loads, prove
-from fuzzyctl.analysis.bounds import output_bounds
+from fuzzyctl import Proved, Refuted, Undecided, compile, loads, output_bounds, prove
 from fuzzyctl.analysis.coverage import box_search
 from fuzzyctl.analysis.coverage.coverage import diagnostics, uncovered
 from fuzzyctl.analysis.extremes import extents

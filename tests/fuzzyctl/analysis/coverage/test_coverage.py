@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from fuzzyctl import compile, loads
+from fuzzyctl import NoRuleFiresError, compile, loads
 from fuzzyctl.analysis import sampling
 from fuzzyctl.analysis.coverage import box_search
 from fuzzyctl.analysis.coverage.box_search import Hole, Side, Undecided
@@ -12,7 +12,6 @@ from fuzzyctl.analysis.coverage.coverage import diagnostics, uncovered
 from fuzzyctl.analysis.coverage.silence import Silence, silent_point
 from fuzzyctl.analysis.degrees import cells as cells_of
 from fuzzyctl.analysis.work import Work
-from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Number
 from fuzzyctl.kernels.plan.build import InputPlan, SetPlan, plan
 from fuzzyctl.model.profiles import PROFILES
