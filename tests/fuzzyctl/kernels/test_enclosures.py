@@ -171,7 +171,6 @@ KNOWN = {
     "min(x, y)": (-1, 1),
     "max(x, y)": (0.5, 2),
     "abs(y)": (0, 1),
-   
     "sqrt(x)": (math.sqrt(0.5), math.sqrt(2)),
     "log(x)": (math.log(0.5), math.log(2)),
     "exp(y)": (1 / math.e, math.e),
