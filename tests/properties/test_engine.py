@@ -74,7 +74,7 @@ def test_generated_python_and_numpy_agree_with_the_reference(data):
 
 
 @pytest.mark.usefixtures("kernel_folder")
-@quick(6, 2)
+@quick(6, 1)
 @given(st.data())
 def test_compiled_kernels_agree_with_generated_python(data):
     system = data.draw(systems(held=True))

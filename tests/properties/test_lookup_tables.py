@@ -26,7 +26,7 @@ def _soon(monkeypatch):
     monkeypatch.setattr(table_error, "MOST_OPERATIONS", 400_000)
 
 
-@quick(14)
+@quick(14, 2)
 @given(case=active_tables(otherwise=(" else -3",)), data=st.data())
 def test_errors_hold_for_all_rules(case, data):
     text, knots = case

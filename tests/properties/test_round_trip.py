@@ -135,7 +135,7 @@ def well_formed(system):
     return not any(d.severity == "error" for d in check_model(system))
 
 
-@quick(60, 5)
+@quick(60, 3)
 @given(written_systems())
 def test_what_is_printed_reads_back_as_the_same_system(system):
     assume(well_formed(system))

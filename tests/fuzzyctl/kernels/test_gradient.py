@@ -5,6 +5,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl import ArgumentError, ValueOutOfBoundsError
+from tests import sizes
 from tests.fuzzyctl.codegen.steps.texts import ADAPTIVE, SURFACE
 
 PI = "controller q\ninput e\nparam K = 2\nparam T = 0.5\nstate s = 0\nnext s = s + dt * e / T\noutput u = K * (e + s)\n"
@@ -41,7 +42,7 @@ def test_is_that_of_the_equations_of_a_pi_controller():
     np.testing.assert_allclose(states, [[0.2, 1, 0, -0.12], [0, 0, 1, 0], [0, 0, 0, 1]], atol=1e-15)
 
 
-@pytest.mark.parametrize("backend", ["python", "numpy", "numba"])
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 @pytest.mark.parametrize("free", [[], ["g", "surface.u.P.peak"]])
 def test_agrees_with_differences(backend, free):
     step = step_of(FUZZY, backend, free=free) if free else step_of(FUZZY, backend)
