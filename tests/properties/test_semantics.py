@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 import fuzzyctl
 from fuzzyctl.analysis.coverage.box_search import Hole
 from fuzzyctl.analysis.coverage.coverage import uncovered
-from fuzzyctl.resolve.settings import CHOICES
 from tests.reference.interpreter import Reference
 from tests.sizes import examples
 
@@ -28,15 +27,15 @@ SETS = "  lo = triangle(-3, 1, 4)\n  mid = triangle(2, 5, 7)\n  hi = triangle(6,
 FUNCTIONS = "  lo = constant(2)\n  mid = constant(2)\n  hi = linear(0.4, -3, 2)\n"
 
 KNOBS = {
-    "weight": st.sampled_from(CHOICES["weight"]),
-    "merge": st.sampled_from(CHOICES["merge"]),
-    "total": st.sampled_from(CHOICES["total"]),
+    "weight": st.sampled_from(["before", "after"]),
+    "merge": st.sampled_from(["rules", "terms", "places"]),
+    "total": st.sampled_from(["activations", "strengths", "all_rules"]),
     "least": st.sampled_from(["none", "0", "0.0137", "0.31"]),
     "equal": st.sampled_from(["0", "0.213"]),
     "chained": st.just("degree"),
-    "consequent_hedges": st.sampled_from(CHOICES["consequent_hedges"]),
-    "extremely": st.sampled_from(CHOICES["extremely"]),
-    "sigmoid_difference": st.sampled_from(CHOICES["sigmoid_difference"]),
+    "consequent_hedges": st.sampled_from(["set", "activation", "carried", "undone"]),
+    "extremely": st.sampled_from(["contrast", "cube"]),
+    "sigmoid_difference": st.sampled_from(["magnitude", "clamped"]),
 }
 
 

@@ -131,17 +131,6 @@ def test_numbers_that_a_program_is_worked_out_from_cannot_be_free():
         compile_system(loads(TEXT), "python", free=["g"], algorithm="interpolation")
 
 
-@pytest.mark.parametrize("backend", sizes.BACKENDS)
-@pytest.mark.parametrize("kind", ["centroid", "bisector", "mom"])
-def test_corners_of_sampled_sets_may_be_free(backend, kind):
-    text = TEXT.replace("center_average", f"{kind}(resolution=40)").replace("N=-1 Z=0 P=1", "N@-1 Z@0 P@1")
-    kernel = compile_system(loads(text), backend, free=["u.Z.peak"])
-    for peak in ("0.3", "-0.2"):
-        typed = loads(text.replace("N@-1 Z@0 P@1", f"N@-1 Z@({peak}) P@1"))
-        expected = compile_system(typed, "python").batch(POINTS)
-        assert kernel.batch(POINTS, [float(peak)]) == pytest.approx(expected, abs=1e-12)
-
-
 def test_a_system_with_a_state_has_no_free_numbers(adaptive):
     with pytest.raises(ArgumentError, match="has no free numbers"):
         compile_system(adaptive, "python", free=["half_width"])
@@ -179,20 +168,6 @@ def test_corners_of_an_exact_centroid_stay_in_their_order():
     assert kernel.batch(POINTS, [0.02]) == pytest.approx(compile_system(typed).batch(POINTS), abs=1e-12)
     with pytest.raises(ValueOutOfBoundsError, match=r"such that u\.Z\.peak <= 0\.1, as it was"):
         kernel.batch(POINTS, [0.2])
-
-
-def test_wrong_arguments_are_named(system):
-    kernel = compile_system(system, "python", free=["g"])
-    with pytest.raises(ArgumentError, match=r"takes 3 arguments \(e, d, state\), got 2"):
-        kernel(0.1, 0.2)
-    with pytest.raises(ArgumentError, match=r"the state must have the shape \(..., 1\), got \(2,\)"):
-        kernel(0.1, 0.2, [1, 2])
-    with pytest.raises(ArgumentError, match="must be a real number"):
-        kernel("a", 0.2, [1])
-    with pytest.raises(ArgumentError, match=r"points must have the shape \(..., 2\) for e, d, got \(3,\)"):
-        kernel.batch([1, 2, 3], [1])
-    with pytest.raises(UnknownNameError, match="no derivative by 'value'"):
-        kernel.gradient(POINTS, [1], by="value")
 
 
 def test_a_kernel_of_free_numbers_can_be_sent_to_another_process(system):
@@ -234,48 +209,6 @@ table u = z
     assert slopes == pytest.approx(np.array([[0.6, 0.4], [2.4, 1.6]]), abs=1e-12)
     by_slope = kernel.gradient([[0.5, 0.0]], values, by="state")[0, :, 0]
     assert by_slope == pytest.approx([0.2, 0.1 + 1.5 * 0.2 + 0.5], abs=1e-12)
-
-
-def test_strengths_and_degrees_of_rules_that_read_outputs():
-    text = """
-system s
-defuzzifier weighted_average
-input x in [0, 1]
-  terms L@0 H@1
-output y in [0, 1]
-  terms L=0 H=1
-output z in [0, 1]
-  terms L=0 H=1
-if x is L then y is L
-if x is H then y is H
-"""
-    text = text.replace("output y in [0, 1]\n  terms L=0 H=1", "output y in [0, 1]\n  L = ramp(1, 0)\n  H = ramp(0, 1)")
-    chained = loads(text + "if y is H then z is H\nif y is L then z is L\n")
-    kernel = compile_system(chained, "numpy")
-    y = kernel.batch([[0.25]])[0, 0]
-    assert kernel.degrees([[0.25]])["y"]["H"] == pytest.approx([y])
-    assert kernel.strengths([[0.25]])[0] == pytest.approx([0.75, 0.25, y, 1 - y])
-    assert kernel.gradient([[0.25]]).shape == (1, 2, 1)
-
-
-@pytest.mark.parametrize(("kind", "expected"), [("centroid", 2 / 3), ("bisector", 1 / 2**0.5)])
-@pytest.mark.parametrize("backend", sizes.BACKENDS)
-def test_gradients_of_integrals_are_exact(kind, expected, backend):
-    """The bounded difference of x and a ramp from 0 to 1 is a ramp from 1 - x to 1: both places move as 1 - x does."""
-    text = """
-system s
-implication bounded_difference
-aggregation max
-defuzzifier KIND
-input x in [0, 1]
-  H = ramp(0, 1)
-output u in [0, 1]
-  R = ramp(0, 1)
-if x is H then u is R
-"""
-    kernel = compile_system(loads(text.replace("KIND", kind)), backend, algorithm="rules")
-    assert kernel.batch([[0.3], [0.8]]) == pytest.approx([1 - 0.3 * (1 - expected), 1 - 0.8 * (1 - expected)])
-    assert kernel.gradient([[0.3], [0.8]])[:, 0] == pytest.approx([expected - 1, expected - 1], abs=1e-12)
 
 
 def test_a_bisector_in_a_gap_jumps_and_has_no_gradient():

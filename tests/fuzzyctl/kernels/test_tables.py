@@ -139,11 +139,6 @@ class TestOtherForms:
         assert kernel.batch({"food": food, "service": food}).shape == (2,)
         assert kernel.batch({"food": food, "service": NamedAxes(2.0, [])}).shape == (2,)
 
-    def test_a_column_that_occurs_twice_is_refused(self, kernel):
-        frame = pd.DataFrame(VALUES)[["food", "service", "food"]]
-        with pytest.raises(ArgumentError, match="column 'food' occurs 2 times"):
-            kernel.batch(frame)
-
     @pytest.mark.parametrize(
         "records",
         [
@@ -269,14 +264,6 @@ def test_free_numbers_take_frames(tipper):
     assert list(kernel.strengths(FRAME, values).index) == ["a", "b", "c"]
     assert list(kernel.gradient(FRAME, values)["food"].index) == ["a", "b", "c"]
     assert list(kernel.gradient(FRAME, values, by="state").columns) == ["tip.cheap.peak"]
-
-
-def test_arrays_rows_and_given_results_stay_as_they_are(tipper):
-    kernel = compile_system(tipper, "numpy")
-    assert type(kernel.batch(FRAME[["service", "food"]].to_numpy())) is np.ndarray
-    assert kernel.batch(FRAME.iloc[0]).shape == ()
-    out = np.empty(3)
-    assert kernel.batch(FRAME, out=out) is out
 
 
 def test_degrees_strengths_and_gradients_of_a_frame_keep_its_index(tipper):

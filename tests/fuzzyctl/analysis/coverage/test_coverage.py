@@ -186,18 +186,6 @@ class TestLargeTables:
         monkeypatch.setattr(box_search, "BUDGET", 0)
         assert uncovered(grid(3, words))["u"] is not None
 
-    @pytest.mark.parametrize("own", ["x0 is a", "x1 is a"])
-    def test_rules_that_do_not_look_at_an_input_stand_for_all_its_terms(self, own, monkeypatch):
-        monkeypatch.setattr(box_search, "BUDGET", 0)
-        lines = [line for line in grid_text(6, "and product", "").splitlines() if own not in line]
-        assert uncovered(loads("\n".join(lines)))["u"] is not None
-        assert uncovered(loads("\n".join([*lines, f"if {own} then u is o"])))["u"] is None
-
-    def test_complete_ones_are_with_a_hedged_rule_beside_them(self, monkeypatch):
-        monkeypatch.setattr(box_search, "BUDGET", 0)
-        text = grid_text(6, "and hamacher_product", "") + "if x0 is very a and x1 is b then u is o\n"
-        assert uncovered(loads(text))["u"] is None
-
     @pytest.mark.parametrize("norm", ["product", "hamacher_product"])
     def test_rules_of_dozens_of_inputs_are(self, norm, monkeypatch):
         monkeypatch.setattr(box_search, "BUDGET", 0)
