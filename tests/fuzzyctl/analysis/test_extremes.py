@@ -79,6 +79,14 @@ def test_no_two_samples_are_steeper(case):
     assert np.abs(np.diff(samples, axis=1)).max() / step <= extent.steepness["de"] * (1 + 1e-9)
 
 
+def test_slopes_of_lines_and_curves_come_near_those_of_samples():
+    for name in ("lines", "curves"):
+        axis = np.linspace(-1, 1, 401)
+        samples = SYSTEMS[name](e=axis[:, None], de=axis)
+        steepest = np.abs(np.diff(samples, axis=0)).max() / 0.005
+        assert extent_of(name).steepness["e"] == pytest.approx(steepest, rel=0.07)
+
+
 def test_of_a_piecewise_linear_system_the_bound_is_attained():
     (extent,) = extents(SYSTEMS["quotient"])
     assert extent.lo_found - extent.lo <= 1e-12
