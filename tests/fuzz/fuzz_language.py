@@ -23,8 +23,7 @@ from fuzzyctl.formulas import HEDGES, MEMBERSHIP
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
 from fuzzyctl.loading.load import examine_all, loads
-from fuzzyctl.support.reading import decode
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.support.shipped import decode, rules_folder
 
 TOKEN = re.compile(r'"[^"\n]*"|[\d.]+(?:[eE][+-]?\d+)?|[^\W\d]\w*|<=|>=|==|!=|\n *|[^\s]')
 WORDS = [*STATEMENT_KEYWORDS, *MEMBERSHIP, *HEDGES, *"a b u x NB ZO PB 0 1 -1 0.5 1e-3 1e999 inf pi nan error".split()]

@@ -8,8 +8,7 @@ from typing import get_args
 
 import pytest
 
-from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
-from fuzzyctl.formulas.memberships import MembershipKind
+from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP, MembershipKind
 from fuzzyctl.formulas.norms import Aggregation, Conjunction, Disjunction
 from fuzzyctl.model.profiles import PROFILES, ProfileName
 

@@ -8,7 +8,7 @@ import pytest
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import examine_all
-from fuzzyctl.support.reading import read_source
+from fuzzyctl.support.shipped import read_source
 
 SYSTEM = """
 system s

@@ -46,10 +46,9 @@ from fuzzyctl.lang.parser import MAX_OPERATORS, parse
 from fuzzyctl.loading.assembly import MAX_FILES
 from fuzzyctl.loading.examination import MAX_SYSTEMS
 from fuzzyctl.loading.load import load, loads, look_through
+from fuzzyctl.model.block import Param, ParamValues
 from fuzzyctl.model.checks.partitions import spoilt_partitions
 from fuzzyctl.model.computed_numbers import Numbers
-from fuzzyctl.model.guarantee import Param
-from fuzzyctl.model.params import ParamValues
 from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.resolve.block_expressions import Expressions
 from fuzzyctl.resolve.context import Context
@@ -478,7 +477,7 @@ def test_no_kernel_is_compiled_for_bounds_of_a_system_that_takes_the_time_to_rea
 )
 def test_bounds_end_in_time_where_operations_are_not_counted(name, size, tmp_path, monkeypatch):
     used = itertools.count(step=0.5)  # each look at the clock is half a second
-    monkeypatch.setattr("fuzzyctl.analysis.clock.used", lambda: next(used))
+    monkeypatch.setattr("fuzzyctl.analysis.work.used", lambda: next(used))
     (tmp_path / "s.fz").write_text(text_of(name, size), encoding="utf-8")
     result = CliRunner().invoke(main, ["prove", "--bounds", str(tmp_path / "s.fz")])
     assert result.exit_code == 0

@@ -8,8 +8,7 @@ import fuzzyctl
 from fuzzyctl.analysis.check import check_source
 from fuzzyctl.cli.main import main
 from fuzzyctl.loading.load import look_through
-from fuzzyctl.support.reading import read_source
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.support.shipped import read_source, rules_folder
 from tests.shipped import LAWS, SYSTEMS
 
 

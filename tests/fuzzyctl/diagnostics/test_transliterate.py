@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzyctl.diagnostics.transliterate import in_ascii
+from fuzzyctl.diagnostics.terminal import in_ascii
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.loading.assembly import files_read, split
 from fuzzyctl.loading.load import examine_all, load, load_all, loads
-from fuzzyctl.support.reading import read_source
+from fuzzyctl.support.shipped import read_source
 from tests.fuzzyctl.editor.marked import LOOP
 
 SHARED = "param k = 2\n\ninput e in [-1, 1]\n  terms N Z P\n\ninput d in [-5, 5]\n  terms N P\n"

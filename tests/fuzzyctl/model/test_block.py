@@ -8,8 +8,7 @@ import fuzzyctl
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ExprError, Number
 from fuzzyctl.loading.examination import look_through
-from fuzzyctl.model.block import Block
-from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.block import Block, Param
 
 BLOCKS = """controller law
   param K = 2

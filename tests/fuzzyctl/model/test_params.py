@@ -5,8 +5,7 @@ from itertools import permutations
 import pytest
 
 from fuzzyctl.expr import Binary, Name, Number
-from fuzzyctl.model.guarantee import Param
-from fuzzyctl.model.params import ParamValues
+from fuzzyctl.model.block import Param, ParamValues
 
 
 def param(name, *parts):

@@ -7,7 +7,7 @@ import pytest
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import examine_all
-from fuzzyctl.support.numerals import to_number
+from fuzzyctl.support.shipped import to_number
 
 SAMPLES = Path(__file__).parents[1] / "formats"
 
