@@ -20,7 +20,7 @@ def to_number(text: str) -> float:
 
     Raises:
         OverflowError: For a number that a double cannot hold.
-        ValueError: For a text that is no number.
+        ValueError: For a text that is not a number.
     """
     if _NUMBER.fullmatch(text) is None:
         raise ValueError(text)

@@ -117,7 +117,7 @@ class TestMistakes:
     def test_texts_that_are_no_rules_or_expressions_are_refused(self):
         with pytest.raises(DiagnosticError, match="FZ102"):
             build.rule("if x is then y")
-        with pytest.raises(ArgumentError, match="is no rule"):
+        with pytest.raises(ArgumentError, match="is not a rule"):
             build.rule("param a = 1")
         with pytest.raises(DiagnosticError):
             build.expression("1 +")
@@ -256,7 +256,7 @@ class TestFragments:
         assert self.output(otherwise=build.Hold(start="k / 2")) == self.output(otherwise="hold(k / 2)")
         assert self.output(otherwise=build.Hold()) == self.output(otherwise=" hold ")
         assert self.output(otherwise="hold(0.2)").otherwise.start == build.expression(0.2)
-        with pytest.raises(ArgumentError, match=r"is no value for 'otherwise'; the form is: hold\(START\)"):
+        with pytest.raises(ArgumentError, match=r"is not a value for 'otherwise'; the form is: hold\(START\)"):
             self.output(otherwise="hold(0.2) adaptive rate (1)")
 
     def test_what_is_held_goes_on_in_the_order_of_rows(self):
@@ -294,7 +294,7 @@ class TestFragments:
         y = build.output_variable("u", 0, 1, {"A": "triangle(0, 0.5, 1)"}, otherwise=0)
         system = build.system("s", [X, y], ["if x is L then u is A"], defuzzifier="centroid(resolution=10)")
         assert system.method.defuzzifier.resolution == 10
-        with pytest.raises(DiagnosticError, match="resolution = 0 is no whole number"):
+        with pytest.raises(DiagnosticError, match="resolution = 0 is not a whole number"):
             self.built(defuzzifier="centroid(resolution=0)")
 
     def test_terms_take_keywords_and_a_height(self):
@@ -332,11 +332,11 @@ class TestFragments:
         assert all(span_of(part) is None for e in given for part in walk(e))
 
     def test_a_comment_hides_nothing(self):
-        with pytest.raises(ArgumentError, match="is no condition"):
+        with pytest.raises(ArgumentError, match="is not a condition"):
             build.rule_table("u", "x", {"L": "A"}, condition="x is L then u is A #")
 
     def test_what_cannot_be_printed_is_refused_in_words_that_can(self):
-        with pytest.raises(ArgumentError, match="is no expression") as error:
+        with pytest.raises(ArgumentError, match="is not an expression") as error:
             build.expression("k \ud800")
         assert str(error.value).encode()
 

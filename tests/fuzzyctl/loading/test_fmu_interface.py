@@ -36,7 +36,7 @@ def test_inputs_and_outputs_are_those_of_the_fmu(found, tmp_path):
     [
         (
             'fmu("text.fmu")',
-            ("FZ218", '"text.fmu" cannot be used: the file is no zip archive, so it is no FMU', '"text.fmu"'),
+            ("FZ218", '"text.fmu" cannot be used: the file is not a zip archive, so it is not an FMU', '"text.fmu"'),
         ),
         (
             'fmu("gone.fmu")',
