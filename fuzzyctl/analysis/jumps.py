@@ -17,9 +17,9 @@ from fuzzyctl.analysis.work import Work, compilation, evaluation
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, NoRuleFiresError
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Expr, to_text
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import InputPlan, OutputPlan, Plan, SetPlan
+from fuzzyctl.kernels.program import scalar as python_backend
 from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output

@@ -26,9 +26,9 @@ from fuzzyctl.expr import (
     evaluate,
     to_text,
 )
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.program import scalar as python_backend
 from fuzzyctl.model.system import FuzzySystem
 
 if TYPE_CHECKING:

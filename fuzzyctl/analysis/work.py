@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from fuzzyctl.analysis import clock
+from fuzzyctl.analysis import work as clock
 from fuzzyctl.expr import Binary, Call, Expr, walk
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Program

@@ -28,7 +28,7 @@ from fuzzyctl.expr import ONE, Expr
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.formulas.norms import Aggregation, Conjunction, Disjunction
 from fuzzyctl.loading.load import examine
-from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
+from fuzzyctl.model.block import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method, Semantics
 from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem

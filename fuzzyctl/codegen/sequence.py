@@ -16,8 +16,8 @@ from fuzzyctl.codegen.single_precision import LANES, Numbers, Roundings, nearest
 from fuzzyctl.codegen.unit import TOLERANCE, Unit
 from fuzzyctl.codegen.vectors import Expected, Vector, rounded
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.kernel import Kernel
+from fuzzyctl.kernels.program import scalar as python_backend
 from fuzzyctl.kernels.step_form import StepForm
 
 #: Steps of a sequence.

@@ -14,8 +14,8 @@ from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.kernels.algorithms.grid import STEEPEST, Grid, Table
 from fuzzyctl.kernels.algorithms.select import Algorithm
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.program import scalar as python_backend
 
 if TYPE_CHECKING:
     import numpy as np

@@ -18,8 +18,8 @@ from fuzzyctl.codegen.single_precision import LANES, Numbers, Roundings, nearest
 from fuzzyctl.codegen.unit import TOLERANCE, Precision, Unit
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Compare, Expr, Number
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.program import scalar as python_backend
 from fuzzyctl.kernels.program.program import Quadrature
 from fuzzyctl.kernels.program.traversal import map_expressions
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from typing import Any, Final
 
-from fuzzyctl.diagnostics.transliterate import in_ascii
+from fuzzyctl.diagnostics.terminal import in_ascii
 
 #: Name of the error handler that `prepare` sets.
 SPELT: Final = "fuzzyctl.spelt"

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 
 from fuzzyctl.expr import Expr
+from fuzzyctl.formulas import MEMBERSHIP, VARIANTS, formula_of
 from fuzzyctl.formulas.formula import Cut, MembershipFormula, Parameters, Vertex
 from fuzzyctl.formulas.hedges import HEDGES, HedgeFormula, hedge, inverse_hedge
-from fuzzyctl.formulas.memberships import MEMBERSHIP, VARIANTS, formula_of
 from fuzzyctl.formulas.norms import (
     AGGREGATIONS,
     CONJUNCTIONS,

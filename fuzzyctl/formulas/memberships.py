@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Final, Literal
 
+from fuzzyctl.formulas import PIECEWISE, SINGLETONS
 from fuzzyctl.formulas.bells import BELLS
 from fuzzyctl.formulas.curves import CURVES
 from fuzzyctl.formulas.formula import MembershipFormula
-from fuzzyctl.formulas.piecewise import PIECEWISE
 from fuzzyctl.formulas.sigmoids import CLAMPED_DIFFERENCE, SIGMOIDS
-from fuzzyctl.formulas.singletons import SINGLETONS
 from fuzzyctl.formulas.splines import SPLINES
 from fuzzyctl.formulas.trapezoids import TRAPEZOIDS
 

@@ -7,10 +7,8 @@ from dataclasses import replace
 from typing import Final
 
 from fuzzyctl.expr import ZERO, Call, Compare, Expr, Number, Where
-from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Scale
-from fuzzyctl.formulas.mistakes import not_zero
-from fuzzyctl.formulas.shared import one_sided, union
-from fuzzyctl.formulas.sigmoid_extrema import difference_extrema, product_extrema
+from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Scale, not_zero, one_sided, union
+from fuzzyctl.formulas.sigmoids import difference_extrema, product_extrema
 
 _SIGMOIDS: Final = ("left", "rising", "falling", "right")
 #: Multiples of its steepness at which a sigmoid ends where a file gives no range.

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Number, Where
-from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Vertex
-from fuzzyctl.formulas.shared import first
+from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Vertex, first
 
 
 def _singleton_degree(x: Expr, p: Parameters) -> Expr:

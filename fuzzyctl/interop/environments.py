@@ -15,9 +15,9 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNa
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Call, Expr, Keyword, Name, Number, evaluate, replace_names
 from fuzzyctl.interop.numbers import number, numbers
+from fuzzyctl.model.block import Param
 from fuzzyctl.model.controller import Controller, Definition, Instance
 from fuzzyctl.model.forms import bound
-from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import MEASURES, Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.experiment import Experiment, LoopBackend, Stepper

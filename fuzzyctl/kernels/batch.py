@@ -11,13 +11,14 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
 from fuzzyctl.expr import Number
-from fuzzyctl.kernels.backends import blocks, python_backend
+from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.arguments import float_array, labelled, state_after, states_along
+from fuzzyctl.kernels.forms import Promises, Refusals
 from fuzzyctl.kernels.free_values import with_values_as_array
 from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.program import scalar as python_backend
 from fuzzyctl.kernels.program.derivatives import differentiated
 from fuzzyctl.kernels.program.program import Program
-from fuzzyctl.kernels.promises import Promises, Refusals
 
 if TYPE_CHECKING:
     import numpy.typing as npt

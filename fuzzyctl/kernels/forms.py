@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, UnknownNameError
 from fuzzyctl.kernels.algorithms.select import Algorithm, algorithm_of
 from fuzzyctl.kernels.backends.arguments import NO_STATE, point_array, row_array, state_argument
+from fuzzyctl.kernels.forms import Promises
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.program import Program
-from fuzzyctl.kernels.promises import Promises
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Expr, Name, names_in, replace_names
-from fuzzyctl.kernels.backends import python_backend
-from fuzzyctl.kernels.backends.python_backend import point_text
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import CallPlan, Plan
+from fuzzyctl.kernels.program import scalar as python_backend
 from fuzzyctl.kernels.program.program import Program, Refuse
-from fuzzyctl.kernels.program.scalar import scalar_function
+from fuzzyctl.kernels.program.scalar import point_text, scalar_function
 
 if TYPE_CHECKING:
     import numpy as np

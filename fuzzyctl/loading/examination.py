@@ -14,12 +14,12 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.lang.repaired_text import in_original
 from fuzzyctl.loading.assembly import Part, bring_in, path_below, split, without_other_loops
-from fuzzyctl.loading.linking import link, with_called
+from fuzzyctl.loading.examination import link, with_called
 from fuzzyctl.model.block import Block
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve import resolve
-from fuzzyctl.support.reading import read_source
+from fuzzyctl.support.shipped import read_source
 
 if TYPE_CHECKING:
     from fuzzyctl.loading.blocks import Callee

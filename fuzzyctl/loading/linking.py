@@ -10,8 +10,8 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.fixes import Fix, respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
 from fuzzyctl.expr import Call, Expr, Name, span_of, walk
+from fuzzyctl.model.block import Guarantee
 from fuzzyctl.model.checks.units import unlike_units
-from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold
 

@@ -8,11 +8,9 @@ from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, evaluate
-from fuzzyctl.model.guarantee import Param
-from fuzzyctl.model.node import Node
-from fuzzyctl.model.params import ParamValues
+from fuzzyctl.model.block import Node, Param, ParamValues
+from fuzzyctl.operations import Printed
 from fuzzyctl.records import dataclass
 
 

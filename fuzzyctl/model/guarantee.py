@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fuzzyctl.expr import Expr
-from fuzzyctl.model.node import Node
+from fuzzyctl.model.block import Node
 from fuzzyctl.records import dataclass
 
 

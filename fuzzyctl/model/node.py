@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple, Self, Union, get_args, get_origin, 
 
 from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.displayed import Described
+from fuzzyctl.operations import Described
 from fuzzyctl.records import dataclass
 
 

@@ -9,7 +9,7 @@ from typing import Final
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import CONSTANTS, ExprError, evaluate, names_in
-from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.block import Param
 
 #: Repair of a param that is infinite.
 FINITE: Final = "give it a finite number, a large one where nothing is limited"

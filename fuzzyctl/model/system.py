@@ -11,15 +11,13 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, Val
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.expr import Number
-from fuzzyctl.model.block import Block
-from fuzzyctl.model.guarantee import Guarantee, Hedge
+from fuzzyctl.model.block import Block, Guarantee, Hedge
 from fuzzyctl.model.method import Method, RuleMethod
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rule_count, rules_of
 from fuzzyctl.model.variable import Hold, Input, Let, LinguisticVariable, Output
 from fuzzyctl.operations import operation
 from fuzzyctl.records import dataclass
-from fuzzyctl.support.arguments import is_finite
-from fuzzyctl.support.signatures import InputSignature
+from fuzzyctl.support.arguments import InputSignature, is_finite
 
 if TYPE_CHECKING:
     from fuzzyctl.annotations import Axes, Column, NamedArrays, NamedColumns, NamedOutputs, Numbers, Scalar

@@ -10,7 +10,7 @@ from fuzzyctl.diagnostics.fixes import respelt_as_suggested, with_decimal_points
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.block import Guarantee
 from fuzzyctl.resolve.context import Context
 
 #: The claims of a guarantee on an output: the forms, and whether the word is a condition by itself.

@@ -14,12 +14,12 @@ from fuzzyctl.diagnostics.suggestions import closest, counted, listed, look_alik
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.mistakes import FORMS, RULE_WORDS, capital_keyword
-from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.block import Guarantee
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.variable import Membership
-from fuzzyctl.resolve.claims import check_claim, check_condition, check_tolerance, names_output
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.functions import expanded
+from fuzzyctl.resolve.rules import check_claim, check_condition, check_tolerance, names_output
 
 #: Most rules of one system, tables included.
 MAX_RULES: Final = 20_000

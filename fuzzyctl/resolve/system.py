@@ -13,18 +13,17 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Call, names_in, walk
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.block import Guarantee, Hedge, Param
 from fuzzyctl.model.checks.checks import check_values, in_order
-from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Let, Output
-from fuzzyctl.resolve.blocks import Block, resolve_blocks
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.functions import declare_function
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require, terms_of
 from fuzzyctl.resolve.settings import find_idle_settings, resolve_method, resolve_semantics
-from fuzzyctl.resolve.terms import share_terms
-from fuzzyctl.resolve.variables import resolve_param, resolve_variable
+from fuzzyctl.resolve.system import Block, resolve_blocks
+from fuzzyctl.resolve.variables import resolve_param, resolve_variable, share_terms
 
 #: Most inputs and outputs of a system together, those shared with other systems included.
 MAX_VARIABLES: Final = 2000

@@ -13,13 +13,13 @@ from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.formulas import MEMBERSHIP, MembershipFormula
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.foreign import PEER_KINDS, differing_order, known_kind
-from fuzzyctl.model.guarantee import Bounds, Param
+from fuzzyctl.model.block import Bounds, Param
 from fuzzyctl.model.variable import Fallback, Hold, Input, Let, Membership, Output, Term
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.functions import applied, expanded
 from fuzzyctl.resolve.rules import is_garbled, resolve_function, terms_of
 from fuzzyctl.resolve.settings import resolve_own_setting
-from fuzzyctl.resolve.terms import partition
+from fuzzyctl.resolve.variables import partition
 
 #: Most terms of one variable; more are no linguistic variable but a mistake of a generator.
 MAX_TERMS: Final = 1000

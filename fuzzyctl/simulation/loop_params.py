@@ -8,13 +8,12 @@ from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Keyword, Number, evaluate, names_in
+from fuzzyctl.model.block import Param, ParamValues
 from fuzzyctl.model.checks.blocks import numbers_of_all
 from fuzzyctl.model.checks.terms import has_computed_params, outside_ranges
 from fuzzyctl.model.controller import Controller, Instance
-from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
-from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.support.arguments import is_finite

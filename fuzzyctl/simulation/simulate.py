@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
-from fuzzyctl.kernels.backends import python_backend
+from fuzzyctl.kernels.program import scalar as python_backend
 from fuzzyctl.kernels.program.program import Program
 from fuzzyctl.model.discrete_plant import BEFORE
 from fuzzyctl.model.loop import Loop

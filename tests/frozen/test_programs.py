@@ -5,10 +5,11 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.kernels.algorithms.select import ALGORITHMS, algorithm_of
-from fuzzyctl.kernels.backends import numpy_backend, python_backend
+from fuzzyctl.kernels.backends import numpy_backend
 from fuzzyctl.kernels.backends.numba import source as numba_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.program import scalar as python_backend
 from tests.frozen.kept import check_kept
 from tests.frozen.systems import SYSTEMS
 

@@ -14,7 +14,7 @@ from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.lang.syntax import RESERVED
 from fuzzyctl.loading.load import loads
-from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
+from fuzzyctl.model.block import Guarantee, Hedge, Param
 from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.variable import Hold, Membership
 from fuzzyctl.resolve.context import CLAIM_FUNCTIONS

@@ -26,9 +26,9 @@ from fuzzyctl.diagnostics.fixes import Fix, Replacement
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Call, Compare, Name
 from fuzzyctl.formulas import is_endless
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import HeldPlan, Otherwise, OutputPlan, Plan, plan
+from fuzzyctl.kernels.program import scalar as python_backend
 from fuzzyctl.kernels.program.program import Program
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output

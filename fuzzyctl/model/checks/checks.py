@@ -9,16 +9,15 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Number, names_in, span_of
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.checks.methods import misfitting_semantics
+from fuzzyctl.model.checks.checks import misfitting_semantics
 from fuzzyctl.model.checks.parameters import VALUE_CHECKS, computed_numbers
 from fuzzyctl.model.checks.partitions import helps_by_line, removal
 from fuzzyctl.model.checks.terms import SHAPE_CHECKS, SHAPE_HINTS
 from fuzzyctl.model.checks.units import unlike_units
 from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.method import OVER_MIDDLES
-from fuzzyctl.model.output_dependencies import comparisons_that_wait, reads_of, values_of
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleTable, literals
-from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.system import FuzzySystem, comparisons_that_wait, reads_of, values_of
 from fuzzyctl.model.variable import LinguisticVariable, Membership, Output
 
 Check = Callable[[FuzzySystem], Iterator[Diagnostic]]

@@ -5,7 +5,7 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.analysis.effects import diagnostics
 from fuzzyctl.kernels.plan.build import plan
-from fuzzyctl.model.node import Node
+from fuzzyctl.model.block import Node
 
 HEAD = """system s
 {settings}

@@ -10,7 +10,7 @@ from fuzzyctl.expr import COMPARISONS, FUNCTIONS, Binary, Call, Name, Number
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.kernels.plan.build import OutputCycleError, plan
-from fuzzyctl.model.guarantee import Hedge, Param
+from fuzzyctl.model.block import Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import And, Cell, Consequent, Is, Rule, RuleTable
 from fuzzyctl.model.system import FuzzySystem

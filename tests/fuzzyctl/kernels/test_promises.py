@@ -7,8 +7,8 @@ import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
+from fuzzyctl.kernels.forms import Promises
 from fuzzyctl.kernels.plan.build import plan
-from fuzzyctl.kernels.promises import Promises
 
 TEXT = """
 system s

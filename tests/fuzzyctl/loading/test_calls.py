@@ -137,7 +137,7 @@ class TestLimits:
         assert fuzzyctl.loads(chained(6, calls=2), block="s0")(e=0.2) == pytest.approx(6.4)
 
     def test_rules_of_called_systems_are_counted(self, monkeypatch):
-        monkeypatch.setattr("fuzzyctl.loading.linking.MAX_CALLED_RULES", 4)
+        monkeypatch.setattr("fuzzyctl.loading.examination.MAX_CALLED_RULES", 4)
         text = CALLED + HEAD + "let z = w.k(e) + w.k(0) - w.k(1)\n" + TAIL
         with pytest.raises(DiagnosticError, match="the systems that others call have more than 4 rules"):
             fuzzyctl.loads(text, block="o")

@@ -10,8 +10,7 @@ import pytest
 
 from fuzzyctl.studio import answers
 from fuzzyctl.studio.answers import METHODS, answer
-from fuzzyctl.support.reading import MAX_BYTES
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.support.shipped import MAX_BYTES, rules_folder
 from tests.commands import runner
 
 RULES = rules_folder()

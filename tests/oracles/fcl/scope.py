@@ -12,8 +12,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Binary, Call, Expr, ExprError, Name, Negate, Number, evaluate, span_of
 from fuzzyctl.formats.fll.formulas import ARGUMENTS, expanded
-from fuzzyctl.model.guarantee import Param
-from fuzzyctl.model.params import ParamValues
+from fuzzyctl.model.block import Param, ParamValues
 from tests.oracles.fcl.dialect import Dialect
 from tests.oracles.fcl.syntax import Word
 from tests.oracles.reporter import Reporter

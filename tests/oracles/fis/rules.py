@@ -12,9 +12,9 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import ONE, Expr, Name, Number
 from fuzzyctl.formats.common.report import Findings, Reading
-from fuzzyctl.model.guarantee import Hedge
+from fuzzyctl.model.block import Hedge
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
-from fuzzyctl.support.numerals import to_number
+from fuzzyctl.support.shipped import to_number
 from tests.oracles.fis.sections import Entry, Section
 from tests.oracles.fis.variables import Variable
 from tests.oracles.fis.vocabulary import Dialect

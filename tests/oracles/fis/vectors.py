@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.infix import Operator, SpanParser, tokens_of
 from fuzzyctl.formats.common.report import ParseError
-from fuzzyctl.support.numerals import TOO_LARGE
+from fuzzyctl.support.shipped import TOO_LARGE
 
 #: Deepest nesting of parentheses.
 _DEEPEST: Final = 20

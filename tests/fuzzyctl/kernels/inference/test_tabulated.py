@@ -10,11 +10,10 @@ from fuzzyctl import loads
 from fuzzyctl.expr import Name, walk
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.algorithms.select import COMPILED, algorithm_of
-from fuzzyctl.kernels.backends.python_backend import compile_source, evaluation_source
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.program.program import Locate, Quadrature
-from fuzzyctl.kernels.program.scalar import scalar_function
+from fuzzyctl.kernels.program.scalar import compile_source, evaluation_source, scalar_function
 from fuzzyctl.kernels.program.traversal import parts
 
 #: Places and degrees of a curve, with a flat part.

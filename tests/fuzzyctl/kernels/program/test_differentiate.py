@@ -5,7 +5,7 @@ import math
 import pytest
 
 from fuzzyctl.expr import ONE, Binary, Call, Compare, Logic, Name, Number, Where
-from fuzzyctl.kernels.backends import python_backend as backend
+from fuzzyctl.kernels.program import scalar as backend
 from fuzzyctl.kernels.program.builder import Builder
 from fuzzyctl.kernels.program.derivatives import NotDifferentiableError, differentiated
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Between, Fold, Item, Locate, Program

@@ -5,11 +5,11 @@ import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.kernels.algorithms.select import algorithm_of
-from fuzzyctl.kernels.backends.python_backend import compile_source, evaluation_source
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.inference.defuzzify.centroid import line_ends, pieces, uncrossed
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.program.program import Quadrature
+from fuzzyctl.kernels.program.scalar import compile_source, evaluation_source
 from fuzzyctl.model.method import Defuzzifier
 from tests import sizes
 from tests.tipper import POINTS, TIPS

@@ -8,7 +8,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl.analysis.verdicts import Refuted
-from fuzzyctl.formulas.sigmoid_extrema import difference_extrema, product_extrema
+from fuzzyctl.formulas.sigmoids import difference_extrema, product_extrema
 from fuzzyctl.kernels.inference.defuzzify.curved_sets import (
     MOST_DEGREES,
     MOST_PLACES,
