@@ -194,7 +194,7 @@ def expression(value: Value) -> Expr:
     """Return an expression from a number, a text such as `"(k - 1) / 2"`, or an expression.
 
     Raises:
-        DiagnosticError: For a text that is no expression.
+        DiagnosticError: For a text that is not an expression.
         ArgumentError: For anything else.
         ValueOutOfBoundsError: For NaN, which no number of a system can be, and numbers beyond the range of floats.
     """

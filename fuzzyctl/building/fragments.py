@@ -82,7 +82,7 @@ def _statement(form: _Form, text: str, kind: type[_Statement]) -> _Statement:
 
 
 def _no(form: _Form, text: str) -> ArgumentError:
-    return ArgumentError(f"{text!r} is no {form.what}; the form is: {form.written}")
+    return ArgumentError(f"{text!r} is not {_a(form.what)}; the form is: {form.written}")
 
 
 def _a(what: str) -> str:

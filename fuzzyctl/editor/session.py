@@ -255,7 +255,7 @@ class FuzzyServer(LanguageServer):
         is_refuted = d.code == "FZ402" and light is not None and bool(light.point)
         if is_refuted and light is not None:
             related.append(self._counterexample(light))
-        is_unused = "is used by nothing" in CODES[d.code]
+        is_unused = "is not used" in CODES[d.code]
         return lsp.Diagnostic(
             range=self.range(d.span) if d.span is not None else _NOWHERE,
             message="\n".join(text),

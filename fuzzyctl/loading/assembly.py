@@ -239,7 +239,7 @@ class _Reader:
 
     def _path(self, name: str, place: Span) -> Path | None:
         if self.folder is None:
-            self._report("a text that is no file can use no files", place, help="write it to a file and load that")
+            self._report("a text without a file cannot use files", place, help="write it to a file and load that")
             return None
         path = path_below(self.folder, name)
         if path is None:

@@ -359,7 +359,7 @@ def resolve_require(context: Context, statement: sx.Require) -> Guarantee | None
         return None
     if not names_output(context, statement.claim):
         help_text = "it says nothing about the rules; name an output, or remove it"
-        context.report("FZ214", "the guarantee names no output", statement.span, help=help_text, warning=True)
+        context.report("FZ214", "the guarantee does not name an output", statement.span, help=help_text, warning=True)
     return Guarantee(claim=statement.claim, within=statement.within, when=statement.when, span=statement.span)
 
 

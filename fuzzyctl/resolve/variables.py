@@ -166,7 +166,7 @@ def _fallback(context: Context, value: ex.Expr | sx.Word | sx.Held) -> ex.Expr |
         near = closest(value.text, (*_FALLBACKS, "hold"))
         context.report(
             "FZ213",
-            f"'{value.text}' is no value for 'else'",
+            f"'{value.text}' is not a value for 'else'",
             value.span,
             facts=(f"a number, an expression in parentheses, or one of: {', '.join(_FALLBACKS)}, hold",),
             help=help_text or (f"did you mean '{near}'?" if near else ""),

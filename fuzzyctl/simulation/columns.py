@@ -85,5 +85,5 @@ def _cell(table: Table, row: list[str], line: int, column: int) -> float:
     except (ValueError, IndexError):
         pass
     cell = row[column] if column < len(row) else ""
-    message = f"'{cell}' is no finite number, in line {line} of '{table.file}'"
+    message = f"'{cell}' is not a finite number, in line {line} of '{table.file}'"
     raise DiagnosticError([Diagnostic("FZ705", message, table.span)])

@@ -91,7 +91,7 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
 
     Raises:
         UnknownNameError: For a name of no param, or of several.
-        ValueOutOfBoundsError: For a value that is no finite number.
+        ValueOutOfBoundsError: For a value that is not a finite number.
         DiagnosticError: For values outside of the ranges of their params, or of those that follow from them, and for
             other errors of `check` with such numbers, such as a period that is not positive.
     """
@@ -107,7 +107,7 @@ def within_ranges(loop: Loop, values: Mapping[str, float]) -> Loop:
 
     Raises:
         UnknownNameError: For a name of no param, or of several.
-        ValueOutOfBoundsError: For a value that is no finite number.
+        ValueOutOfBoundsError: For a value that is not a finite number.
         DiagnosticError: For values outside of the ranges of their params, or of those that follow from them.
     """
     loop = with_instance_params(loop, values)  # which has the params of controllers inside by name

@@ -72,7 +72,7 @@ def simulate(
     Raises:
         DiagnosticError: For a loop that cannot be run.
         UnknownNameError: For a name of no param, backend or solver.
-        ValueOutOfBoundsError: For a value of a param that is no finite number.
+        ValueOutOfBoundsError: For a value of a param that is not a finite number.
         ArgumentError: For an argument of another type, and a solver of scipy with dead time or substeps.
     """
     if not isinstance(loop, Loop):

@@ -267,11 +267,11 @@ def _decoded(data: bytes, name: str) -> SourceText:
         try:
             text = data.decode("utf-16")
             if "\0" in text:  # the mark of UTF-32 begins with that of UTF-16
-                message = "the file is no UTF-16 text, as its mark says: a character of it is NUL"
+                message = "the file is not text: its byte order mark says UTF-16, but a character is NUL"
                 raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="save it as UTF-8")])
             source = SourceText(name, text, "UTF-16")
         except UnicodeDecodeError:
-            message = "the file is no text: its mark says UTF-16, and its bytes are none"
+            message = "the file is not text: its byte order mark says UTF-16, but its bytes are not UTF-16"
             raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="save it as UTF-8")]) from None
     try:
         source = source or _utf8(data, name)
@@ -288,7 +288,7 @@ def _utf8(data: bytes, name: str) -> SourceText:
     nul = data.find(b"\x00")
     try:
         if nul >= 0:
-            message = f"the file is no text: byte {nul} is NUL"
+            message = f"the file is not text: byte {nul} is NUL"
             raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="give a text file in UTF-8")])
         return SourceText(name, data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -345,7 +345,7 @@ def to_number(text: str) -> float:
 
     Raises:
         OverflowError: For a number that a double cannot hold.
-        ValueError: For a text that is no number.
+        ValueError: For a text that is not a number.
     """
     if _NUMBER.fullmatch(text) is None:
         raise ValueError(text)

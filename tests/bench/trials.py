@@ -13,14 +13,12 @@ from typing import Any
 
 import fuzzyctl
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.kernels import compile as select
-from fuzzyctl.kernels.algorithms import interpolation
+from fuzzyctl.kernels.algorithms import interpolation, select
 from fuzzyctl.kernels.backends import numpy_backend
 from fuzzyctl.kernels.backends.numba import machine_code
 from fuzzyctl.kernels.backends.numba import source as numba_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify import centroid, defuzzify
-from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.printer import SCALAR, counted_or_searched
 from fuzzyctl.model.system import FuzzySystem
 from tests.bench.growth import complete

@@ -135,8 +135,8 @@ def _cells(
 
 def _fault(value: float | None) -> str:
     if value is None:
-        return "is no number"
-    return f"is beyond {LARGEST_VALUE:g}" if math.isfinite(value) else "is no finite number"
+        return "is not a number"
+    return f"is beyond {LARGEST_VALUE:g}" if math.isfinite(value) else "is not a finite number"
 
 
 def _number(text: str) -> float | None:

@@ -364,7 +364,7 @@ class _Vector(SpanParser[float]):
         if text in _NAMES:
             return _NAMES[text]
         if text != "(":
-            raise _mistake(f"'{place.text[:40]}' {'is not a number' if text == 'nan' else 'is no number'}", place)
+            raise _mistake(f"'{place.text[:40]}' is not a number", place)
         value = self._nested(0, place)
         if self._text() != ")":
             raise _mistake("a parenthesis is not closed", place)

@@ -76,9 +76,7 @@ def unused_lets(system: FuzzySystem) -> Iterator[Diagnostic]:
     used |= {n.name for g in system.guarantees for e in (g.claim, g.when) if e is not None for n in names_in(e)}
     for let in system.lets:
         if let.name not in used:
-            yield Diagnostic(
-                "FZ216", f"nothing uses let '{let.name}'", let.span, "warning", help="remove it, or use it"
-            )
+            yield Diagnostic("FZ216", f"let '{let.name}' is not used", let.span, "warning", help="remove it, or use it")
 
 
 def circular_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
@@ -281,7 +279,7 @@ def unused_params(system: FuzzySystem) -> Iterator[Diagnostic]:
             used.update(n.name for n in names_in(o.adaptive))
     for p in system.params:
         if p.name not in used:
-            yield Diagnostic("FZ216", f"nothing uses param '{p.name}'", p.span, "warning", help="remove it, or use it")
+            yield Diagnostic("FZ216", f"param '{p.name}' is not used", p.span, "warning", help="remove it, or use it")
 
 
 def _functions(system: FuzzySystem) -> Iterator[Expr]:

@@ -112,7 +112,7 @@ def _without_sets(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
     for term in output.terms:
         kind = term.membership.kind
         if kind not in MEMBERSHIP or not MEMBERSHIP[kind].fuzzy:
-            what = "is a formula" if kind == "formula" else "is no set"
+            what = "is a formula" if kind == "formula" else "is not a set"
             message = f"term '{term.name}' of '{output.name}' {what}, and '{method.kind}' takes its degrees"
             help_text = _BY_POINTS if kind == "formula" else BY_AVERAGE
             yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)

@@ -85,7 +85,7 @@ class Scope(Reporter):
         known = [*self.params]
         help_text = did_you_mean(name.name, known) or "write a number, or declare it in a VAR block with ':= value'"
         facts = (f"constants: {listed(known)}",) if known else ()
-        self.error("FZ202", f"'{name.name}' is no number and not declared", place, facts=facts, help=help_text)
+        self.error("FZ202", f"'{name.name}' is neither a number nor declared", place, facts=facts, help=help_text)
         return None
 
     def value(self, expr: Expr) -> float | None:
@@ -111,7 +111,7 @@ class Scope(Reporter):
                 return None if first is None or second is None else Binary(op, first, second, span)
             case Call():
                 return self._call(expr)
-        return self._refused("this is no expression", span_of(expr))
+        return self._refused("this is not an expression", span_of(expr))
 
     def _refused(self, message: str, span: Span | None, **more: object) -> Expr | None:
         self.error("FZ602", message, span, **more)

@@ -103,7 +103,7 @@ class _Vector(SpanParser[float]):
                 raise ParseError("a parenthesis is not closed", place)
             self.next += 1
             return value
-        raise ParseError(f"'{place.text[:40]}' {'is not a number' if text == 'nan' else 'is no number'}", place)
+        raise ParseError(f"'{place.text[:40]}' is not a number", place)
 
     def _too_deep(self, place: Span) -> ParseError:
         return ParseError("parentheses are nested too deeply", place)

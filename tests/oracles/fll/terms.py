@@ -74,7 +74,7 @@ def number(span: Span, findings: Findings) -> Number | None:
     except ValueError:
         value = math.nan
     if math.isnan(value):
-        findings.error("FZ601", f"'{span.text[:40]}' is no number", span)
+        findings.error("FZ601", f"'{span.text[:40]}' is not a number", span)
         return None
     return Number(value, span=span)
 
