@@ -32,6 +32,7 @@ from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends import numpy_backend
 from fuzzyctl.kernels.backends.numba import source as numba_backend
 from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.program import scalar
 from tests.bench import params
 from tests.bench.trials import OPTIMISATIONS, SIZES, Optimisation, files
 from tests.bench.workloads import WORKLOADS

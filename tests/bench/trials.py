@@ -19,6 +19,7 @@ from fuzzyctl.kernels.backends.numba import machine_code
 from fuzzyctl.kernels.backends.numba import source as numba_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify import centroid, defuzzify
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.printer import SCALAR, counted_or_searched
 from fuzzyctl.model.system import FuzzySystem
 from tests.bench.growth import complete

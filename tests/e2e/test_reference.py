@@ -33,7 +33,7 @@ from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.variable import Fallback
 from fuzzyctl.resolve.block_names import FUNCTIONS
-from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES
+from fuzzyctl.resolve.rules import CLAIM_FORMS, MAX_OUTPUTS, MAX_RULES
 from fuzzyctl.resolve.settings import RESOLUTIONS
 from fuzzyctl.resolve.variables import MAX_TERMS
 from tests import shipped

@@ -9,6 +9,7 @@ from fuzzyctl.kernels.backends import numpy_backend
 from fuzzyctl.kernels.backends.numba import source as numba_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.program import scalar
 from tests.frozen.kept import check_kept
 from tests.frozen.systems import SYSTEMS
 
