@@ -41,9 +41,9 @@ else:
         if repr:
             methods["__repr__"] = _repr([f.name for f in fields if f.repr])
         if eq:
-            methods["__eq__"] = _eq(_values([f.name for f in fields if f.compare]))
+            methods["__eq__"] = _eq([f.name for f in fields if f.compare])
         if unsafe_hash or (eq and frozen):
-            methods["__hash__"] = _hash(_values([f.name for f in fields if (f.compare if f.hash is None else f.hash)]))
+            methods["__hash__"] = _hash([f.name for f in fields if (f.compare if f.hash is None else f.hash)])
         elif eq:
             methods["__hash__"] = None
         for name, method in methods.items():
@@ -63,26 +63,26 @@ else:
         return dataclass(eq=eq, unsafe_hash=eq, repr=eq, slots=slots)
 
 
-def _values(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
-    """Return a function that reads some fields of an object as a tuple."""
-    if not names:
-        return lambda _: ()
-    get = attrgetter(*names)
-    return get if len(names) > 1 else lambda item: (get(item),)
+def _eq(names: list[str]) -> Callable[[Any, Any], Any]:
+    def of_one(self: Any, other: Any) -> Any:
+        return (get(self),) == (get(other),) if other.__class__ is self.__class__ else NotImplemented
+
+    def of_several(self: Any, other: Any) -> Any:
+        return get(self) == get(other) if other.__class__ is self.__class__ else NotImplemented
+
+    get = attrgetter(*names) if names else lambda _: ()
+    return of_one if len(names) == 1 else of_several
 
 
-def _eq(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any, Any], Any]:
-    def __eq__(self: Any, other: Any) -> Any:  # noqa: N807
-        return values(self) == values(other) if other.__class__ is self.__class__ else NotImplemented
+def _hash(names: list[str]) -> Callable[[Any], int]:
+    def of_one(self: Any) -> int:
+        return hash((get(self),))
 
-    return __eq__
+    def of_several(self: Any) -> int:
+        return hash(get(self))
 
-
-def _hash(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any], int]:
-    def __hash__(self: Any) -> int:  # noqa: N807
-        return hash(values(self))
-
-    return __hash__
+    get = attrgetter(*names) if names else lambda _: ()
+    return of_one if len(names) == 1 else of_several
 
 
 def _repr(names: list[str]) -> Callable[[Any], str]:

@@ -16,7 +16,7 @@ ROOT = Path(__file__).parent.parent
 #: Packages of fuzzyctl from the bottom up; a module may import its own package and those on lower lines.
 ORDER = [
     ["operations"],
-    ["displayed", "records"],
+    ["records"],
     ["diagnostics"],
     ["expr", "support"],
     ["experiments", "formulas"],

@@ -29,14 +29,14 @@ from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Compare, Name, evaluate
 from fuzzyctl.loading.load import look_through
-from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.block import Guarantee
 from fuzzyctl.model.loop import Loop, Measure
 from fuzzyctl.plot.style import COLORS, saved
 from fuzzyctl.plot.time_series import GIVEN, REST, WIDTH, draw_runs
 from fuzzyctl.plot.time_series import PANEL as PANEL_HEIGHT
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.simulate import simulate
-from fuzzyctl.support.reading import read_source
+from fuzzyctl.support.shipped import read_source
 
 HERE: Final = Path(__file__).parent
 TABLE: Final = "<!-- table: python -m gallery -->"

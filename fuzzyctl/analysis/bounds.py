@@ -9,7 +9,7 @@ from dataclasses import field, replace
 from itertools import islice, product
 from typing import Any, Final
 
-from fuzzyctl.analysis import clock
+from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.coverage.box_search import Hole, Verdict
 from fuzzyctl.analysis.coverage.coverage import kept_of
 from fuzzyctl.analysis.coverage.silence import Silence
@@ -28,11 +28,11 @@ from fuzzyctl.analysis.work import SpentError, Work, compiling
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, NoRuleFiresError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Name, span_of
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form, consequent_hull, support_hull
 from fuzzyctl.kernels.interval.scalar import ANYTHING, Interval, enclose, hull
 from fuzzyctl.kernels.plan.build import HeldPlan, OutputPlan, Plan, SetPlan, degree_name, plan
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.quadrature import MOST
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Output
@@ -337,7 +337,7 @@ def _locate(flat: Plan, output: OutputPlan, ends: tuple[_End, _End]) -> tuple[_E
     if program.state:
         return ends
     names = [i.name for i in flat.inputs]
-    kernel = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
+    kernel = scalar.compile_source(scalar.evaluation_source(program), program, names)
     position = flat.outputs.index(output)
     axes = [
         breakpoints(variable, [d.set for d in flat.degrees if d.variable == i])

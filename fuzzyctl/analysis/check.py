@@ -12,14 +12,12 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import Examined, block_name, chosen_if_sound, look_through
 from fuzzyctl.model.as_profile import as_profile
 from fuzzyctl.model.block import Block
-from fuzzyctl.model.checks.checks import check_model
-from fuzzyctl.model.checks.methods import kept
+from fuzzyctl.model.checks.checks import check_model, kept
 from fuzzyctl.model.profiles import ProfileName
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import dataclass
 from fuzzyctl.support import arguments
-from fuzzyctl.support.reading import MAX_BYTES, read_source
-from fuzzyctl.support.shipped import place_of
+from fuzzyctl.support.shipped import MAX_BYTES, place_of, read_source
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict

@@ -21,8 +21,8 @@ from fuzzyctl.expr import (
     to_text,
     walk,
 )
+from fuzzyctl.model.block import Guarantee
 from fuzzyctl.model.controller import Controller
-from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.inlined_lets import inlined
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import record

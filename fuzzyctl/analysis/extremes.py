@@ -6,7 +6,7 @@ import math
 from fractions import Fraction
 from typing import Any, Final
 
-from fuzzyctl.analysis import clock
+from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.accuracy import located
 from fuzzyctl.analysis.bounds import SPENT, OutputBound, output_bounds
 from fuzzyctl.analysis.multilinear.slopes import steepest

@@ -17,9 +17,9 @@ from fuzzyctl.analysis.work import Work, compilation, evaluation
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, NoRuleFiresError
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Expr, to_text
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import InputPlan, OutputPlan, Plan, SetPlan
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
@@ -148,7 +148,7 @@ class _Evaluation:
             return None
         program = inference.evaluation(self.flat)
         names = [i.name for i in self.flat.inputs]
-        return python_backend.compile_source(python_backend.evaluation_source(program), program, names)
+        return scalar.compile_source(scalar.evaluation_source(program), program, names)
 
     def of(self, position: int) -> Callable[[Sequence[float]], float]:
         """Return one output as a function of a point."""

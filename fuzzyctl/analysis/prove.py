@@ -39,11 +39,10 @@ from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import Binary, Expr, span_of, to_text, walk
+from fuzzyctl.kernels.forms import known_at
 from fuzzyctl.kernels.plan.build import Plan, plan
-from fuzzyctl.kernels.promises import known_at
-from fuzzyctl.model.block import Block
+from fuzzyctl.model.block import Block, Guarantee
 from fuzzyctl.model.controller import Controller
-from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.inlined_lets import inlined, named_lets
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import dataclass

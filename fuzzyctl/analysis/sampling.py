@@ -13,7 +13,7 @@ from fuzzyctl.analysis.verdicts import Witness
 from fuzzyctl.analysis.witnesses import Judge, NoValueError
 from fuzzyctl.expr import Binary, Call, Expr, ExprError, Number, children, walk
 from fuzzyctl.kernels.plan.build import Plan
-from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.block import Guarantee
 
 #: Most points tried.
 POINTS: Final = 400

@@ -7,7 +7,7 @@ from dataclasses import field
 from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.terminal import printable
-from fuzzyctl.displayed import Displayed
+from fuzzyctl.operations import Displayed
 from fuzzyctl.records import dataclass
 
 

@@ -26,9 +26,9 @@ from fuzzyctl.expr import (
     evaluate,
     to_text,
 )
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.model.system import FuzzySystem
 
 if TYPE_CHECKING:
@@ -213,7 +213,7 @@ class Judge:
     def _strengths(self) -> Any:
         flat = plan(self.system)
         program = inference.largest_activations(flat)
-        return python_backend.compile_source(python_backend.evaluation_source(program), program, self.inputs)
+        return scalar.compile_source(scalar.evaluation_source(program), program, self.inputs)
 
     def _inputs_of(self, name: str) -> list[str]:
         """Return the inputs of the system of an output of another one, `SYSTEM.OUTPUT`."""

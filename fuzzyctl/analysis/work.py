@@ -1,13 +1,19 @@
-"""Work budget of a check, counted in operations, so that it is the same on every machine.
+"""Work budget of a check, counted in operations, and the clocks of time limits.
 
-A unit stands for about a microsecond of plain Python. A clock would give a file other diagnostics on a slow machine.
+A budget is the same on every machine. A unit is about a microsecond of plain Python. A clock would give a file other
+diagnostics on a slow machine.
 """
 
 from __future__ import annotations
 
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Final
 
-from fuzzyctl.analysis import clock
+from fuzzyctl.analysis import work as clock
 from fuzzyctl.expr import Binary, Call, Expr, walk
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Program
@@ -160,3 +166,27 @@ def _samples(output: OutputPlan) -> int:
 
 def _is_curved(output: OutputPlan) -> bool:
     return any(not t.vertices for t in output.terms)
+
+
+#: Seconds from some moment on; tests set a clock that other processes do not move.
+now: Callable[[], float] = time.monotonic
+#: Processor seconds of this process, which a busy machine does not use up.
+used: Callable[[], float] = time.process_time
+
+_until: ContextVar[float] = ContextVar("until", default=math.inf)
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """End the searches of a block after some processor seconds, whatever work is left."""
+    token = _until.set(min(_until.get(), used() + seconds))
+    try:
+        yield
+    finally:
+        _until.reset(token)
+
+
+def is_over(more: float = 0.0) -> bool:
+    """Return whether the limit is reached within some more seconds; without a limit no clock is read."""
+    until = _until.get()
+    return until < math.inf and used() + more > until

@@ -28,7 +28,7 @@ from fuzzyctl.expr import ONE, Expr
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.formulas.norms import Aggregation, Conjunction, Disjunction
 from fuzzyctl.loading.load import examine
-from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
+from fuzzyctl.model.block import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method, Semantics
 from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem
@@ -194,7 +194,7 @@ def expression(value: Value) -> Expr:
     """Return an expression from a number, a text such as `"(k - 1) / 2"`, or an expression.
 
     Raises:
-        DiagnosticError: For a text that is no expression.
+        DiagnosticError: For a text that is not an expression.
         ArgumentError: For anything else.
         ValueOutOfBoundsError: For NaN, which no number of a system can be, and numbers beyond the range of floats.
     """

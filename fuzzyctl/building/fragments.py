@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import FUNCTIONS, ONE, Expr, Name, Number, as_number, replace
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
-from fuzzyctl.model.guarantee import Guarantee, Hedge
+from fuzzyctl.model.block import Guarantee, Hedge
 from fuzzyctl.model.method import Activation, Defuzzifier, Method, Semantics
 from fuzzyctl.model.profiles import PROFILES, Profile
 from fuzzyctl.model.rule import And, Antecedent, Cell, Consequent, Is, Not, Or, Rule
@@ -82,7 +82,7 @@ def _statement(form: _Form, text: str, kind: type[_Statement]) -> _Statement:
 
 
 def _no(form: _Form, text: str) -> ArgumentError:
-    return ArgumentError(f"{text!r} is no {form.what}; the form is: {form.written}")
+    return ArgumentError(f"{text!r} is not {_a(form.what)}; the form is: {form.written}")
 
 
 def _a(what: str) -> str:

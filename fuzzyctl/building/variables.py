@@ -9,7 +9,7 @@ from fuzzyctl.building import fragments, values
 from fuzzyctl.building.values import Partition, TermSpec, Value, defuzzifier_of
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Expr
-from fuzzyctl.formulas.memberships import MembershipKind
+from fuzzyctl.formulas import MembershipKind
 from fuzzyctl.formulas.norms import Aggregation, Conjunction
 from fuzzyctl.model import variable
 from fuzzyctl.model.method import Defuzzifier

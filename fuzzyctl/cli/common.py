@@ -15,7 +15,7 @@ import click
 from fuzzyctl.cli.streams import painted, say, terminal_width, use_color, writable_output, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, UnknownNameError, render_all
 from fuzzyctl.diagnostics.suggestions import closest
-from fuzzyctl.support.numerals import to_number
+from fuzzyctl.support.shipped import to_number
 
 if TYPE_CHECKING:
     from fuzzyctl.kernels.kernel import Kernel
@@ -29,7 +29,7 @@ DONE: Final = 0
 FAILED: Final = 1
 USAGE: Final = 2
 UNDECIDED: Final = 3
-#: Codes of mistakes in arguments: a value is missing, a name is unknown, a value is no number.
+#: Codes of mistakes in arguments: a value is missing, a name is unknown, a value is not a number.
 _OF_ARGUMENTS: Final = frozenset({"FZ501", "FZ502", "FZ503"})
 
 P = ParamSpec("P")
@@ -231,7 +231,7 @@ def assignments(texts: Iterable[str], names: Sequence[str], kind: str) -> dict[s
         try:
             values[name] = to_number(number)
             if kind == "param" and not math.isfinite(values[name]):
-                mistakes.append(Diagnostic("FZ503", f"param '{name}' = {number} is no finite number"))
+                mistakes.append(Diagnostic("FZ503", f"param '{name}' = {number} is not a finite number"))
         except OverflowError:
             mistakes.append(Diagnostic("FZ503", f"{kind} '{name}' = {number} is larger than 1.8e308"))
         except ValueError:
@@ -254,7 +254,7 @@ def unknown(kind: str, name: str, names: Sequence[str]) -> Diagnostic:
 
 
 def _no_number(kind: str, name: str, text: str) -> Diagnostic:
-    message = f"{kind} '{name}' is no number: '{text}'"
+    message = f"{kind} '{name}' is not a number: '{text}'"
     if not re.fullmatch(r"[-+]?\d+,\d+", text, re.ASCII):
         return Diagnostic("FZ503", message, help=f"the form is: {name}=NUMBER")
     fact = "decimals are written with a point"

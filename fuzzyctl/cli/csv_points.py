@@ -17,7 +17,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.kernels.compile import Kernel
 from fuzzyctl.kernels.compile import compile as compile_block
-from fuzzyctl.support.numerals import to_number
+from fuzzyctl.support.shipped import to_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -212,7 +212,7 @@ def _point(row: list[str], columns: list[int], header: list[str], place: str) ->
             values.append(to_number(row[c]))
         except (ValueError, OverflowError):
             text = row[c] if len(row[c]) <= 40 else f"{row[c][:40]}…"
-            message = f"'{text}' in column '{header[c]}' is no number"
+            message = f"'{text}' in column '{header[c]}' is not a number"
             help_text = "write numbers with a decimal point"
             raise DiagnosticError([Diagnostic("FZ505", message, file=place, help=help_text)]) from None
     return values

@@ -1,4 +1,4 @@
-"""`fuzzyctl eval`: one point from the command line, or many from a CSV."""
+"""`fuzzyctl eval`: one point from the command line, or many from a CSV; `fuzzyctl why`: the rules behind a point."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from fuzzyctl.cli.common import (
     FORMAT,
     QUIET,
     STATE,
+    SVG_TEXT,
     answers_with_diagnostics,
     outside_range,
     plain,
     point_of,
+    report,
     show,
     state_of,
 )
@@ -23,6 +25,9 @@ from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from fuzzyctl.explain.trace import Trace
+    from fuzzyctl.model.system import FuzzySystem
 
 
 @click.command("eval")
@@ -101,3 +106,76 @@ def _results(block: Any, values: dict[str, float], state: Sequence[str]) -> tupl
         outputs, following = kernel(*point, list(before.values()), dt=values.get("dt"))
         after = dict(zip(kernel.state_names, following.tolist(), strict=True))
     return dict(zip(names, (outputs,) if len(names) == 1 else outputs, strict=True)), after
+
+
+@click.command()
+@click.argument("file")
+@click.argument("values", nargs=-1, metavar="INPUT=VALUE...")
+@click.option("-o", "--output", "out", metavar="FILE", help="Draw the rules that act, their sets cut: PNG, SVG or PDF.")
+@SVG_TEXT
+@click.option("--rules", "most", type=click.IntRange(1, 100), default=12, show_default=True, help="Most rules to show.")
+@STATE
+@FORMAT
+@chooses
+@QUIET
+@answers_with_diagnostics
+def why(
+    file: str,
+    values: tuple[str, ...],
+    out: str | None,
+    svg_text: bool,
+    most: int,
+    state: tuple[str, ...],
+    form: str,
+    choice: Choice,
+) -> int:
+    """Say why a system, or a step of a controller, gives what it gives at a point.
+
+    Prints the rules that act, the highest activation first, with what each contributes, and the slopes of the outputs.
+
+    \b
+    fuzzyctl why ais_reaction sigma=0.01 dsigma=0.3
+    fuzzyctl why tipper service=7 food=8 -o why.svg
+    fuzzyctl why water_tank --block fuzzy_pi reference=1 level=0.6
+
+    Of a controller it prints the values of its definitions and states, and takes apart each system that it calls.
+    """
+    from fuzzyctl.display.traces import trace_text
+    from fuzzyctl.explain.block_trace import BlockTrace, trace_block
+    from fuzzyctl.explain.trace import Trace, trace
+    from fuzzyctl.kernels.compile import compile
+
+    block = load_evaluable(file, choice)
+    if out is not None and block.kind != "system":
+        raise click.UsageError("-o draws the rules of a system; name one with --block")
+    point = point_of(block, values, "why")
+    before = state_of(compile(block, "python"), state) if state else None
+    if block.kind == "system":
+        explained: Trace | BlockTrace = trace(block, point, None if before is None else list(before.values()))
+    else:
+        explained = trace_block(block, point, before)
+    warnings = outside_range(block, point)
+    if form == "json":
+        data = {
+            **block.identity,
+            **plain(explained.as_dict()),
+        }
+        data["diagnostics"] = [w.as_dict() for w in warnings]
+        write_json(data)
+    else:
+        show(warnings)
+        report(trace_text(explained, most))
+    if out is not None:
+        assert isinstance(explained, Trace)
+        _draw(block, explained, out, svg_text, most)
+        say(f"wrote {out}", err=form == "json")
+    return DONE
+
+
+def _draw(system: FuzzySystem, explained: Trace, out: str, svg_text: bool, most: int) -> None:
+    from fuzzyctl.cli.plot import picture_file
+    from fuzzyctl.plot.rule_viewer import draw_rules
+    from fuzzyctl.plot.style import saved
+
+    with saved(picture_file(out, out), svg_text=svg_text) as figure:
+        draw_rules(figure, system, explained, most)

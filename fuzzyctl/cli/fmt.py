@@ -80,7 +80,7 @@ def _laid_out(file: str) -> _Laid:
     from fuzzyctl.formats.registry import format_of
     from fuzzyctl.lang.formatter import format_source
     from fuzzyctl.lang.parser import parse
-    from fuzzyctl.support.reading import decode
+    from fuzzyctl.support.shipped import decode
 
     foreign = format_of(file)
     if foreign is not None:

@@ -105,7 +105,7 @@ class Opened:
 
 def source_of(file: str) -> SourceText:
     """Read a rule file, or standard input for '-'; files that its text uses are found in the current folder."""
-    from fuzzyctl.support.reading import decode
+    from fuzzyctl.support.shipped import decode
 
     data, place = content_of(file)
     return decode(data, place.name)
@@ -113,7 +113,7 @@ def source_of(file: str) -> SourceText:
 
 def content_of(file: str) -> tuple[bytes, Place]:
     """Read a file as `source_of` does, without decoding it; note on standard error that it hides a shipped one."""
-    from fuzzyctl.support.reading import read_bytes, read_place
+    from fuzzyctl.support.shipped import read_bytes, read_place
 
     if file == "-":
         return read_bytes(standard_input(), STDIN), Place(Path(), STDIN, False)
@@ -241,7 +241,7 @@ def under(block: AnyBlock, profile: ProfileName | None) -> AnyBlock:
     if profile is None:
         return block
     from fuzzyctl.model.as_profile import as_profile
-    from fuzzyctl.model.checks.methods import kept
+    from fuzzyctl.model.checks.checks import kept
 
     def changed(system: FuzzySystem) -> FuzzySystem:
         under_profile = as_profile(system, profile)

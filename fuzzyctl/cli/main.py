@@ -19,7 +19,7 @@ GROUPS: Final = {
     },
     "Ask": {
         "eval": ("fuzzyctl.cli.eval", "evaluate", "Evaluate a rule file at a point, or at all points of a CSV."),
-        "why": ("fuzzyctl.cli.why", "why", "Say why a system gives what it gives at a point."),
+        "why": ("fuzzyctl.cli.eval", "why", "Say why a system gives what it gives at a point."),
         "plot": ("fuzzyctl.cli.plot", "plot", "Draw an output over inputs, or the terms."),
         "plot-surface": ("fuzzyctl.cli.plot", "plot_surface", "Draw an output over one or two inputs."),
         "show": ("fuzzyctl.cli.show", "show_system", "Print a summary of a rule file."),

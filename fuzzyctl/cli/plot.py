@@ -145,7 +145,7 @@ def _draw_surface(
     axes = chosen_axes(inputs, x, y, fixed)
     for axis, value in fixed.items():
         if math.isnan(value):
-            raise DiagnosticError([Diagnostic("FZ503", f"'{axis}' is no number to draw at", help="give a value")])
+            raise DiagnosticError([Diagnostic("FZ503", f"'{axis}' is not a number to draw at", help="give a value")])
     show(outside_range(system, fixed))
     for axis in axes:
         if axis in fixed:

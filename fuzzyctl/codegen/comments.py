@@ -19,8 +19,8 @@ from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.expansion import STARTED
 from fuzzyctl.kernels.program.program import Assign, Item, Locate, Place, Program, Quadrature
 from fuzzyctl.kernels.program.traversal import expressions, read, reads
+from fuzzyctl.model.block import Bounds
 from fuzzyctl.model.controller import Signal
-from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.model.variable import LinguisticVariable
 
 

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable
 from typing import Final
 
-from fuzzyctl.diagnostics.transliterate import in_ascii
+from fuzzyctl.diagnostics.terminal import in_ascii
 
 
 def _words(text: str) -> frozenset[str]:

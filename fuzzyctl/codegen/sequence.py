@@ -16,8 +16,8 @@ from fuzzyctl.codegen.single_precision import LANES, Numbers, Roundings, nearest
 from fuzzyctl.codegen.unit import TOLERANCE, Unit
 from fuzzyctl.codegen.vectors import Expected, Vector, rounded
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.kernel import Kernel
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.step_form import StepForm
 
 #: Steps of a sequence.
@@ -193,8 +193,8 @@ class _Double:
 
     def __init__(self, unit: Unit, rng: random.Random) -> None:
         self._unit, self._rng = unit, rng
-        source = python_backend.storing_source(unit.program)
-        self._store = python_backend.compile_source(source, unit.program, unit.program.arguments)
+        source = scalar.storing_source(unit.program)
+        self._store = scalar.compile_source(source, unit.program, unit.program.arguments)
         self._states = [[deque([s.start] * s.length, maxlen=s.length) for s in unit.slots] for _ in _OFF]
         self._found: list[Found] = []
 

@@ -174,7 +174,7 @@ class Roundings:
                 for operand in operands[1:]:
                     truth = join(truth, self._truth(operand))
                 return truth
-        raise CodegenError(f"a {type(expr).__name__} is no condition")
+        raise CodegenError(f"a {type(expr).__name__} is not a condition")
 
     def _rounded(self, values: Any) -> Any:
         """Round to the nearest in the first lane, up or down at random in the others."""

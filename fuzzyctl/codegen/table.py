@@ -14,8 +14,8 @@ from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.kernels.algorithms.grid import STEEPEST, Grid, Table
 from fuzzyctl.kernels.algorithms.select import Algorithm
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.program import scalar
 
 if TYPE_CHECKING:
     import numpy as np
@@ -135,9 +135,7 @@ def _values(algorithm: Algorithm, inputs: Sequence[int], knots: Sequence[Sequenc
     """Return each output at the knots, the last input varying fastest."""
     flat, program = algorithm.plan, algorithm.printed
     names = [i.name for i in flat.inputs]
-    kernel: Callable[..., Any] = python_backend.compile_source(
-        python_backend.evaluation_source(program), program, names
-    )
+    kernel: Callable[..., Any] = scalar.compile_source(scalar.evaluation_source(program), program, names)
     point = [0.0 if i.extrapolate else i.lower for i in flat.inputs]
     rows = []
     for combination in product(*knots):
@@ -149,7 +147,7 @@ def _values(algorithm: Algorithm, inputs: Sequence[int], knots: Sequence[Sequenc
             raise CodegenError(str(error)) from None
         row = result if isinstance(result, tuple) else (result,)
         if not all(map(math.isfinite, row)):
-            raise CodegenError(f"an output has no value at {python_backend.point_text(names, point)}")
+            raise CodegenError(f"an output has no value at {scalar.point_text(names, point)}")
         rows.append(row)
     return list(zip(*rows, strict=True))
 

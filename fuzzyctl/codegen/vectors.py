@@ -18,8 +18,8 @@ from fuzzyctl.codegen.single_precision import LANES, Numbers, Roundings, nearest
 from fuzzyctl.codegen.unit import TOLERANCE, Precision, Unit
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Compare, Expr, Number
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.program import Quadrature
 from fuzzyctl.kernels.program.traversal import map_expressions
 
@@ -150,17 +150,17 @@ class Reference:
     def __init__(self, unit: Unit) -> None:
         self.unit = unit
         program, names = unit.algorithm.printed, [i.name for i in unit.plan.inputs]
-        self._evaluate = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
+        self._evaluate = scalar.compile_source(scalar.evaluation_source(program), program, names)
         self._coarse = self._evaluate
         if unit.precision == "float":
             coarse = map_expressions(program, _as_single)
-            self._coarse = python_backend.compile_source(python_backend.evaluation_source(coarse), coarse, names)
+            self._coarse = scalar.compile_source(scalar.evaluation_source(coarse), coarse, names)
         self._single = _Single(unit) if unit.precision == "float" else None
         self.state = list(unit.plan.initial_state)
         self._rates: Callable[..., Any] | None = None
         if unit.plan.states:
             rates = inference.rates(unit.plan)
-            self._rates = python_backend.compile_source(python_backend.storing_source(rates), rates, names)
+            self._rates = scalar.compile_source(scalar.storing_source(rates), rates, names)
 
     def evaluate(self, point: Sequence[float]) -> Vector:
         """Evaluate at a point; the state stays."""

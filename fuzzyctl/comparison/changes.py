@@ -15,9 +15,8 @@ from fuzzyctl.expr import ExprError, to_text
 from fuzzyctl.formats.fz import block_text, defuzzifier_text, let_lines, membership_text
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.guarantee import Hedge
+from fuzzyctl.model.block import Hedge, Node
 from fuzzyctl.model.method import KNOBS, Method
-from fuzzyctl.model.node import Node
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Let, LinguisticVariable, Output, Term

@@ -1,13 +1,12 @@
-"""Text safe for terminals: control characters made visible, missing characters spelt in ASCII."""
+"""Text safe for terminals: control characters made visible, missing characters and names spelt in ASCII."""
 
 from __future__ import annotations
 
 import codecs
 import re
+import unicodedata
 from collections.abc import Mapping
 from typing import Any, Final
-
-from fuzzyctl.diagnostics.transliterate import in_ascii
 
 #: Name of the error handler that `prepare` sets.
 SPELT: Final = "fuzzyctl.spelt"
@@ -71,3 +70,35 @@ def _handle(error: UnicodeError) -> tuple[str, int]:
 
 
 codecs.register_error(SPELT, _handle)
+
+
+_GREEK: Final = dict(
+    zip(
+        "αβγδεζηθικλμνξοπρςστυφχψω",
+        (
+            *("alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu"),
+            *("nu", "xi", "omicron", "pi", "rho", "sigma", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega"),
+        ),
+        strict=True,
+    )
+)
+
+
+def in_ascii(name: str) -> str:
+    """Return a name in ASCII letters, digits and underscores.
+
+    Greek letters are spelt out, accents dropped, and other characters outside ASCII become `uXXXX`.
+    """
+    return "".join(map(_transliterated, unicodedata.normalize("NFC", name)))
+
+
+def _transliterated(character: str) -> str:
+    if character.isascii():
+        return character if character.isalnum() else "_"
+    base = "".join(c for c in unicodedata.normalize("NFKD", character) if not unicodedata.combining(c))
+    if base.isascii() and base.isalnum():
+        return base
+    if base.lower() in _GREEK:
+        spelt = _GREEK[base.lower()]
+        return spelt.capitalize() if base != base.lower() else spelt
+    return "".join(f"u{ord(c):04X}" for c in character)

@@ -10,10 +10,9 @@ from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.expr import to_text
 from fuzzyctl.formats.fz import antecedent_text, block_text, membership_text, method_lines, rule_text
 from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text
+from fuzzyctl.model.block import Guarantee, Hedge, Node, Param
 from fuzzyctl.model.controller import Definition, Signal
-from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Method
-from fuzzyctl.model.node import Node
 from fuzzyctl.model.rule import Antecedent, Rule, RuleBlock, RuleTable, rule_count
 from fuzzyctl.model.variable import ANYWHERE, Let, LinguisticVariable, Membership, Term
 

@@ -17,7 +17,7 @@ from fuzzyctl.lang.parser import parse
 from fuzzyctl.lang.syntax import SyntaxTree, Use
 from fuzzyctl.loading.assembly import bring_in
 from fuzzyctl.loading.load import Examined, look_through
-from fuzzyctl.support.reading import is_below, overlaid, read_source
+from fuzzyctl.support.shipped import is_below, overlaid, read_source
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict

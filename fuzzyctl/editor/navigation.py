@@ -83,7 +83,9 @@ def rename(document: Document, offset: int, name: str, others: Iterable[Document
         raise RenameError("there is no name here")
     symbol = found[1]
     if not re.fullmatch(NAME, name) or name in RESERVED or len(name) > MAX_NAME:
-        raise RenameError(f"'{name}' cannot be a name: it has letters, digits and '_', and is no word of the language")
+        raise RenameError(
+            f"'{name}' cannot be a name: it has letters, digits and '_', and is not a word of the language"
+        )
     if name == symbol.name:
         return []
     if symbol.kind != "term" and is_function(name, output=symbol.kind == "output"):

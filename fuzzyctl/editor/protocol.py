@@ -26,7 +26,7 @@ class Protocol(LanguageServerProtocol):
             return super().structure_message(data)
         except JsonRpcException as error:
             reason = str(error.__cause__ or error).strip().split("\n")[0]
-            mistake = JsonRpcInvalidParams(f"these are no parameters of '{data.get('method', '')}': {reason}")
+            mistake = JsonRpcInvalidParams(f"these are not parameters of '{data.get('method', '')}': {reason}")
             if "id" in data and "method" in data:
                 self._send_response(data["id"], error=mistake.to_response_error())
             raise mistake from None

@@ -31,7 +31,7 @@ from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.lights import Light
 from fuzzyctl.editor.protocol import Protocol, is_of_client, log_in_lines
 from fuzzyctl.editor.symbols import Symbol
-from fuzzyctl.support.reading import MAX_BYTES, is_below, read_source
+from fuzzyctl.support.shipped import MAX_BYTES, is_below, read_source
 
 #: Seconds that a text rests before it is checked, in which a burst of changes arrives, and before its proofs begin.
 BREATH: Final = 0.001
@@ -255,7 +255,7 @@ class FuzzyServer(LanguageServer):
         is_refuted = d.code == "FZ402" and light is not None and bool(light.point)
         if is_refuted and light is not None:
             related.append(self._counterexample(light))
-        is_unused = "is used by nothing" in CODES[d.code]
+        is_unused = "is not used" in CODES[d.code]
         return lsp.Diagnostic(
             range=self.range(d.span) if d.span is not None else _NOWHERE,
             message="\n".join(text),

@@ -95,7 +95,7 @@ def _child(node: Any, part: str, key: str, argument: str) -> Any:
 def _index(items: list[Any], part: str, argument: str) -> int:
     if not part.isdecimal() or int(part) >= len(items):
         raise OverrideError(
-            f"--set {shorten(argument)}: {part!r} is no index here; there are {len(items)}, counted from 0"
+            f"--set {shorten(argument)}: {part!r} is not an index here; there are {len(items)}, counted from 0"
         )
     return int(part)
 

@@ -131,7 +131,7 @@ class SpecFile:
         try:
             return beside if beside.is_file() else find(self.spec.scenario, self.path.parent)
         except (OSError, ValueError):  # a name longer than the file system allows, or one with a null character
-            message = f"scenario: {self.spec.scenario[:200]!r} is no name of a file"
+            message = f"scenario: {self.spec.scenario[:200]!r} is not the name of a file"
         except UnknownScenarioError as error:
             message = f"scenario: {error}"
         raise DiagnosticError([self.diagnostic("FZ904", ("scenario",), message)])

@@ -19,7 +19,7 @@ from typing import Any
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.experiments.runnable import Runnable
 from fuzzyctl.experiments.sweep_plan import Plan, Run
-from fuzzyctl.support.processes import interrupts_blocked
+from fuzzyctl.support.cores import interrupts_blocked
 
 
 class SweepError(Exception):

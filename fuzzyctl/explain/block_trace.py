@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any, overload
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.diagnostics.terminal import printable
-from fuzzyctl.displayed import Printed
 from fuzzyctl.explain.trace import Trace, trace
 from fuzzyctl.expr import Expr
 from fuzzyctl.kernels.backends.arguments import input_number
+from fuzzyctl.kernels.forms import value_of
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.plan.equations import DT, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of
-from fuzzyctl.kernels.promises import value_of
 from fuzzyctl.kernels.step_form import StepForm, numeric
 from fuzzyctl.model.block import Block
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.operations import Printed
 from fuzzyctl.support import arguments
 
 if TYPE_CHECKING:

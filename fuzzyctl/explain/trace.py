@@ -11,19 +11,18 @@ from typing import TYPE_CHECKING, Any, Final, Self
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.diagnostics.terminal import printable
-from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.formats.fz import membership_text, rule_text
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.backends.arguments import input_number
+from fuzzyctl.kernels.forms import known_at, value_of
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, chain_name, degree_name, plan, step_name
-from fuzzyctl.kernels.promises import known_at, value_of
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.operations import operation
+from fuzzyctl.operations import Printed, operation
 from fuzzyctl.support import arguments
 
 if TYPE_CHECKING:
@@ -146,7 +145,7 @@ def trace(system: FuzzySystem, values: Mapping[str, float], state: Sequence[floa
         raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
     point = [input_number(n, values[n]) for n in names]
     program = inference.trace(flat)
-    function = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
+    function = scalar.compile_source(scalar.evaluation_source(program), program, names)
     traced = _Traced(function, flat.initial_state if state is None else state)
     results = traced.at(point)
     count, width = len(flat.degrees), len(flat.outputs)

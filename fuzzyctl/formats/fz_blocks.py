@@ -8,8 +8,8 @@ from pathlib import Path
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import to_text
 from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text, param_text, quoted, require_names
+from fuzzyctl.model.block import Param
 from fuzzyctl.model.controller import EquationBlock, Function, Result, Signal, State
-from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 

@@ -10,7 +10,7 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.expr import to_text
 from fuzzyctl.lang.syntax import MAX_NAME
-from fuzzyctl.model.guarantee import Bounds, Guarantee, Param
+from fuzzyctl.model.block import Bounds, Guarantee, Param
 
 #: Characters that no string of a rule file can hold.
 _UNWRITABLE: Final = re.compile('["\\n\\r\\0\\ud800-\\udfff]')

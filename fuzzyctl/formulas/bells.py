@@ -6,9 +6,17 @@ import math
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Number, Where, minus, times
-from fuzzyctl.formulas.formula import Cut, MembershipFormula, Parameters
-from fuzzyctl.formulas.mistakes import positive
-from fuzzyctl.formulas.shared import around, first, is_infinite, scaled, square
+from fuzzyctl.formulas.formula import (
+    Cut,
+    MembershipFormula,
+    Parameters,
+    around,
+    first,
+    is_infinite,
+    positive,
+    scaled,
+    square,
+)
 
 #: Deviations at which a Gaussian ends where a file gives no range, and the odds at which a bell does.
 _DEVIATIONS: Final = 4.0

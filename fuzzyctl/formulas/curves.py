@@ -6,9 +6,24 @@ import math
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Number, Where, minus, plus, times
-from fuzzyctl.formulas.formula import Cut, MembershipFormula, Parameters, between
-from fuzzyctl.formulas.mistakes import different, positive, rising
-from fuzzyctl.formulas.shared import EDGE, around, compare, first, one_sided, scaled, second, square, union
+from fuzzyctl.formulas.formula import (
+    EDGE,
+    Cut,
+    MembershipFormula,
+    Parameters,
+    around,
+    between,
+    compare,
+    different,
+    first,
+    one_sided,
+    positive,
+    rising,
+    scaled,
+    second,
+    square,
+    union,
+)
 
 
 def _cosine_degree(x: Expr, p: Parameters) -> Expr:

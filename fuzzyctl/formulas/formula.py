@@ -1,12 +1,13 @@
-"""Type of a membership function: everything that is known of a kind is a field of its entry."""
+"""Type of a membership function: everything known of a kind is a field of its entry; parts that several kinds share."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from math import isfinite
-from typing import Literal
+from typing import Final, Literal
 
-from fuzzyctl.expr import ONE, Expr
+from fuzzyctl.expr import ONE, Compare, CompareOp, Expr, Number, minus, plus
 from fuzzyctl.records import dataclass
 
 #: A place x and the degree there.
@@ -91,3 +92,112 @@ class MembershipFormula:
     def monotone(self, p: Parameters) -> bool:
         """Return whether the function with these parameters is monotone, so that `tsukamoto` can invert it."""
         return self.inverse(ONE, p) is not None
+
+
+#: Parameters of an edge, which rises from its start to its end.
+EDGE: Final = ("start", "end")
+TRAPEZOID: Final = ("left", "left_top", "right_top", "right")
+#: Parameters that may be infinite, which makes a shoulder.
+FEET: Final = frozenset({"left", "right"})
+
+
+def scaled(x: Expr, origin: float, width: float) -> Expr:
+    """Return (x - origin) / width."""
+    return (x - origin) / width
+
+
+def is_infinite(place: float) -> bool:
+    """Return whether a parameter is infinite; one that is known only at run time is finite."""
+    return abs(place) == math.inf
+
+
+def square(x: Expr) -> Expr:
+    """Return x², for an x that may be mentioned twice."""
+    return x * x
+
+
+def compare(op: CompareOp, x: Expr, place: float) -> Expr:
+    """Compare x with a place."""
+    return Compare(op, x, Number(place))
+
+
+def first(p: Parameters) -> tuple[float, float]:
+    """Return the first parameter as a core of one point."""
+    return p[0], p[0]
+
+
+def second(p: Parameters) -> tuple[float, float]:
+    """Return the second parameter as a core of one point."""
+    return p[1], p[1]
+
+
+def tops(p: Parameters) -> tuple[float, float]:
+    """Return the core of a trapezoid."""
+    return p[1], p[2]
+
+
+def around(left: float, before: Expr, right: float, after: Expr) -> Cut:
+    """Return the alpha-cut from some distance before one place to some distance after another."""
+    return minus(Number(left), before), plus(Number(right), after)
+
+
+def one_sided(place: Expr, *, rises: bool) -> Cut:
+    """Return the alpha-cut of a monotone function from where it has a degree."""
+    return (place, Number(math.inf)) if rises else (Number(-math.inf), place)
+
+
+def union(*ends: tuple[float, float]) -> tuple[float, float]:
+    """Return the smallest interval that holds all others."""
+    return min(e[0] for e in ends), max(e[1] for e in ends)
+
+
+#: Returns the mistake in parameters, or None.
+Check = Callable[[Parameters], str | None]
+
+
+def ordered(names: tuple[str, ...]) -> Check:
+    """Check that parameters do not decrease."""
+
+    def mistake(p: Parameters) -> str | None:
+        for i in range(len(p) - 1):
+            if not p[i] <= p[i + 1]:
+                return f"{names[i]} = {p[i]:.6g} is greater than {names[i + 1]} = {p[i + 1]:.6g}"
+        return None
+
+    return mistake
+
+
+def rising(names: tuple[str, str]) -> Check:
+    """Check that the first parameter is less than the second."""
+
+    def mistake(p: Parameters) -> str | None:
+        return None if p[0] < p[1] else f"{names[0]} = {p[0]:.6g} must be less than {names[1]} = {p[1]:.6g}"
+
+    return mistake
+
+
+def different(names: tuple[str, str]) -> Check:
+    """Check that two parameters differ."""
+
+    def mistake(p: Parameters) -> str | None:
+        return None if p[0] != p[1] else f"{names[0]} and {names[1]} are both {p[0]:.6g}"
+
+    return mistake
+
+
+def positive(**places: int) -> Check:
+    """Check that the parameters at some places are above 0; not so NaN."""
+
+    def mistake(p: Parameters) -> str | None:
+        return next((f"{name} = {p[i]:.6g} must be > 0" for name, i in places.items() if not p[i] > 0), None)
+
+    return mistake
+
+
+def not_zero(**places: int) -> Check:
+    """Check that the parameters at some places differ from 0."""
+
+    def mistake(p: Parameters) -> str | None:
+        return next((f"{name} must not be 0" for name, i in places.items() if p[i] == 0), None)
+
+    return mistake

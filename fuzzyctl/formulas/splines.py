@@ -6,16 +6,19 @@ import math
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Number, Where
-from fuzzyctl.formulas.formula import Cut, MembershipFormula, Parameters
-from fuzzyctl.formulas.mistakes import ordered, rising
-from fuzzyctl.formulas.shared import (
+from fuzzyctl.formulas.formula import (
     EDGE,
     FEET,
     TRAPEZOID,
+    Cut,
+    MembershipFormula,
+    Parameters,
     compare,
     first,
     is_infinite,
     one_sided,
+    ordered,
+    rising,
     scaled,
     second,
     square,

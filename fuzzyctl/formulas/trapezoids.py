@@ -6,9 +6,20 @@ import math
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Number, Where, plus, times
-from fuzzyctl.formulas.formula import Cut, MembershipFormula, Parameters, Vertex
-from fuzzyctl.formulas.mistakes import different, ordered, rising
-from fuzzyctl.formulas.shared import EDGE, FEET, TRAPEZOID, second, tops
+from fuzzyctl.formulas.formula import (
+    EDGE,
+    FEET,
+    TRAPEZOID,
+    Cut,
+    MembershipFormula,
+    Parameters,
+    Vertex,
+    different,
+    ordered,
+    rising,
+    second,
+    tops,
+)
 
 _TRIANGLE: Final = ("left", "peak", "right")
 

@@ -83,7 +83,7 @@ def _compiled(block: FuzzySystem | Controller, dt: float | None) -> _Parts:
     every = 1 if step.period is None else round(step.period / sample)
     if step.period is not None and not abs(step.period / sample - every) <= ALIGNED * every:
         raise ArgumentError(
-            f"controller '{block.name}' runs every {step.period:g} s, which is no multiple of dt = {sample:g} s"
+            f"controller '{block.name}' runs every {step.period:g} s, which is not a multiple of dt = {sample:g} s"
         )
     states, period = len(step.state_names), None if step.period is not None else sample
 

@@ -15,9 +15,9 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNa
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Call, Expr, Keyword, Name, Number, evaluate, replace_names
 from fuzzyctl.interop.numbers import number, numbers
+from fuzzyctl.model.block import Param
 from fuzzyctl.model.controller import Controller, Definition, Instance
 from fuzzyctl.model.forms import bound
-from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import MEASURES, Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.experiment import Experiment, LoopBackend, Stepper
@@ -246,7 +246,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
         Raises:
             UnknownNameError: For a name of no state, and another option than `start`.
             ArgumentError: For a `start` that is no mapping, and where the run cannot begin at these states.
-            ValueOutOfBoundsError: For a state that is no finite number.
+            ValueOutOfBoundsError: For a state that is not a finite number.
         """
         for name in options or {}:
             if name != "start":
@@ -278,7 +278,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
         Raises:
             ArgumentError: For an action of another shape or not finite, before the first `reset`, and after the end of
                 an episode.
-            ValueOutOfBoundsError: For a reward that is no finite number.
+            ValueOutOfBoundsError: For a reward that is not a finite number.
         """
         if self._stepper is None or self._ended:
             raise ArgumentError("'reset' begins an episode" + (": this one has ended" if self._ended else ""))
@@ -344,7 +344,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
         call = measures[name]
         if not (isinstance(call, Call) and call.function in INTEGRALS):
             raise ArgumentError(
-                f"measure '{name}' is no sum over the steps: a reward is a function of the signals, or one of the "
+                f"measure '{name}' is not a sum over the steps: a reward is a function of the signals, or one of the "
                 f"measures {', '.join(INTEGRALS)} alone"
             )
         form = MEASURES[call.function]

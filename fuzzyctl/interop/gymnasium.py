@@ -128,8 +128,8 @@ def environment(
         MissingPackageError: Where gymnasium is not installed.
         ArgumentError: For another object, a block that is no controller, a measure that is no such integral, a reward
             that is neither, a missing `dt` or `duration`, and actions without finite ranges.
-        ValueOutOfBoundsError: For times and numbers of steps that are not positive, a penalty that is no finite number,
-            and ranges that are not two numbers in order.
+        ValueOutOfBoundsError: For times and numbers of steps that are not positive, a penalty that is not a finite
+            number, and ranges that are not two numbers in order.
         UnknownNameError: For a name of no block, measure, state or action.
         DiagnosticError: For a loop that cannot be run without the controller.
     """

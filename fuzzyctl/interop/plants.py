@@ -137,7 +137,7 @@ def with_plant(loop: Loop, block: str, system: Any) -> Loop:
     if instance is None:
         raise UnknownNameError("block", block, tuple(i.name for i in loop.instances))
     if instance.controller not in plants:
-        raise ArgumentError(f"block '{block}' is no plant, but of the controller '{instance.controller}'")
+        raise ArgumentError(f"block '{block}' is not a plant, but of the controller '{instance.controller}'")
     old = plants[instance.controller]
     replacement = system if isinstance(system, Plant | Controller) else plant_of(system)
     for what, mine, theirs in (("input", old.inputs, replacement.inputs), ("output", old.results, replacement.results)):
@@ -161,7 +161,7 @@ def with_plant(loop: Loop, block: str, system: Any) -> Loop:
 
 def _require_name(name: object) -> None:
     if not (isinstance(name, str) and name.isidentifier() and name.isascii()):
-        raise ArgumentError(f"{name!r} is no name: expected letters, digits and _")
+        raise ArgumentError(f"{name!r} is not a name: expected letters, digits and _")
 
 
 def _kind(system: Any) -> str:

@@ -11,13 +11,14 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
 from fuzzyctl.expr import Number
-from fuzzyctl.kernels.backends import blocks, python_backend
+from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.arguments import float_array, labelled, state_after, states_along
+from fuzzyctl.kernels.forms import Promises, Refusals
 from fuzzyctl.kernels.free_values import with_values_as_array
 from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.derivatives import differentiated
 from fuzzyctl.kernels.program.program import Program
-from fuzzyctl.kernels.promises import Promises, Refusals
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -116,8 +117,8 @@ def fill_of(program: Program, backend: str, names: Sequence[str], promises: Prom
 
         return numpy_backend.compile_batch(program, names)
     if backend == "python":
-        source = python_backend.storing_source(program)
-        return _fill_by_storing(python_backend.compile_source(source, program, names))
+        source = scalar.storing_source(program)
+        return _fill_by_storing(scalar.compile_source(source, program, names))
     from fuzzyctl.kernels.backends.numba.machine_code import loop
 
     return fill_by_loop(loop(program), program, names, promises)
@@ -133,7 +134,7 @@ def fill_by_loop(loop: Loop, program: Program, names: Sequence[str], promises: P
             first, output = refusals.place(code)
             if promises is not None:
                 promises.check_block(points[:first], None if states is None else states[:first], results[:first])
-            raise NoRuleFiresError(output, python_backend.point_text(names, points[first]))
+            raise NoRuleFiresError(output, scalar.point_text(names, points[first]))
 
     return fill
 

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args, overload
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, BackendUnavailableError, UnknownNameError
 from fuzzyctl.expr import Logic, Where, walk
 from fuzzyctl.kernels.algorithms.select import ALGORITHMS, AlgorithmName, algorithm_of
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.backends.arguments import float_array, labelled, stacked
 from fuzzyctl.kernels.forms import FreeForm, SystemForm
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.plan.build import Plan, plan, planned_set
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.printer import MOST_COUNTED
 from fuzzyctl.kernels.program.program import (
     Accumulate,
@@ -210,7 +210,7 @@ def degree_function(system: FuzzySystem, variable: LinguisticVariable, term: Ter
     if term_set is None:
         return None
     program = inference.term_degree(term_set)
-    return python_backend.compile_source(python_backend.evaluation_source(program), program, [variable.name])
+    return scalar.compile_source(scalar.evaluation_source(program), program, [variable.name])
 
 
 class ByName:

@@ -12,16 +12,16 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import ONE, ZERO, Expr, Name, Number, Where, evaluate, names_in, replace_names, to_text
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.backends.arguments import float_array, row_array
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.free import FreePlan
 from fuzzyctl.kernels.plan.plan import Plan
 from fuzzyctl.kernels.plan.traced import NeedsNumberError, Trace, Traced, atom, is_free
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.builder import Builder
 from fuzzyctl.kernels.program.program import STATE, Item, Program, Quadrature, Statement
 from fuzzyctl.kernels.program.traversal import embed, map_expressions, reads, uses
-from fuzzyctl.model.guarantee import Bounds
+from fuzzyctl.model.block import Bounds
 
 
 def free_program(free: FreePlan, write: Callable[[Plan], Program] = inference.evaluation) -> Program:
@@ -218,7 +218,7 @@ class FreeValues:
     @cached_property
     def _one(self) -> Any:
         program = condition_program(self._free)
-        return python_backend.compile_source(python_backend.storing_source(program), program, self._names)
+        return scalar.compile_source(scalar.storing_source(program), program, self._names)
 
     @cached_property
     def _many(self) -> Any:

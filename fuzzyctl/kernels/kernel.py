@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, UnknownNameError
 from fuzzyctl.diagnostics.terminal import printable
-from fuzzyctl.displayed import Displayed
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.backends.arguments import (
     NO_STATE,
     argument_error,
@@ -23,13 +21,14 @@ from fuzzyctl.kernels.backends.arguments import (
     state_after,
     too_large,
 )
-from fuzzyctl.kernels.forms import NO_RULES, Form
+from fuzzyctl.kernels.forms import NO_RULES, Form, Refusals
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.plan.equations import DT
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.program import Program, Refuse
-from fuzzyctl.kernels.promises import Refusals
-from fuzzyctl.support.signatures import InputSignature
+from fuzzyctl.operations import Displayed
+from fuzzyctl.support.arguments import InputSignature
 
 if TYPE_CHECKING:
     from fuzzyctl.annotations import By, FloatArray, Frames, Numbers, Outputs, Points, Scalar, State, Vector
@@ -564,14 +563,14 @@ class Kernel(Displayed):
             from fuzzyctl.kernels.backends.numba.source import compile_source
 
             return compile_source(text)
-        return python_backend.compile_source(text, program, self.form.argument_names)
+        return scalar.compile_source(text, program, self.form.argument_names)
 
     def _text(self, program: Program, *, storing: bool) -> str:
         if self.backend == "numba":
             from fuzzyctl.kernels.backends.numba.source import evaluation_source, storing_source
 
             return storing_source(program) if storing else evaluation_source(program)
-        return python_backend.storing_source(program) if storing else python_backend.evaluation_source(program)
+        return scalar.storing_source(program) if storing else scalar.evaluation_source(program)
 
     def _require_adaptive(self) -> None:
         if not self.plan.states:

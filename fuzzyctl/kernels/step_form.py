@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
 from fuzzyctl.expr import Compare, Expr, ExprError, Logic, Name, Number, Where, evaluate, replace_names, walk
 from fuzzyctl.kernels.algorithms.select import COMPILED, algorithm_of
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.backends.arguments import float_array, input_number
-from fuzzyctl.kernels.forms import Form
+from fuzzyctl.kernels.forms import Form, Promises
 from fuzzyctl.kernels.free_values import (
     FreeValues,
     changed_values,
@@ -28,10 +27,10 @@ from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.kernels.plan.free import free_plan
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
 from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program
 from fuzzyctl.kernels.program.traversal import embed, uses
-from fuzzyctl.kernels.promises import Promises
 from fuzzyctl.model.checks.terms import has_computed_params, outside_ranges
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.shared_params import with_shared
@@ -58,7 +57,7 @@ class StepPromises(Promises):
     @cached_property
     def _step(self) -> Callable[..., None]:
         program = step_program(self._equations)
-        return python_backend.compile_source(python_backend.storing_source(program), program, self._names)
+        return scalar.compile_source(scalar.storing_source(program), program, self._names)
 
     def check_block(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
         """Check the results of many steps side by side; the first one that breaks a promise is named.

@@ -56,7 +56,9 @@ class Builder(Transformer[Token, Any]):
         text = unicodedata.normalize("NFC", str(token))
         if token.type in ("NAME", "MEMBER") and not all(part.isidentifier() for part in text.split(".")):
             # Such as ½ and ², which are letters to a regular expression but not to a reader.
-            self.problems.append(Diagnostic("FZ105", f"'{_short(text)}' is no name", self._at(token), help=NAME_RULE))
+            self.problems.append(
+                Diagnostic("FZ105", f"'{_short(text)}' is not a name", self._at(token), help=NAME_RULE)
+            )
         return sx.Word(text, self._at(token))
 
     def _float(self, token: Token) -> float:

@@ -232,7 +232,9 @@ def _take(source: SourceText, current: _Open, piece: str, at: int, *, in_block: 
 def _shut(source: SourceText, current: _Open, piece: str, at: int, *, half_open: bool) -> None:
     place = Span(source, at, at + 1)
     if not current.opened:
-        current.mistake = current.mistake or Diagnostic("FZ103", f"'{piece}' closes nothing", place, help="remove it")
+        current.mistake = current.mistake or Diagnostic(
+            "FZ103", f"'{piece}' has no opening bracket", place, help="remove it"
+        )
         return
     opening = source.text[current.opened.pop()]
     if (opening, piece) not in {("(", ")"), ("[", "]")} and not half_open:

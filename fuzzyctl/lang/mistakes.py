@@ -234,7 +234,7 @@ def _slip_in_a_rule(source: SourceText, line: LogicalLine) -> Diagnostic | None:
     """Find a word of a rule that is a keyword but for its capitals, or that is found where a term is expected."""
     goes_on = re.compile(_GOES_ON).match(source.text, line.start, line.end) if line.word in ("and", "or") else None
     if goes_on is not None:
-        message = f"'{goes_on[1]}' continues no rule: a rule is one line, which goes on inside parentheses"
+        message = f"'{goes_on[1]}' does not continue a rule: a rule is one line, which goes on inside parentheses"
         help_text = f"the form is: if (INPUT is TERM {goes_on[1]} INPUT is TERM) then OUTPUT is TERM"
         return Diagnostic("FZ102", message, Span(source, *goes_on.span(1)), help=help_text)
     if line.word not in ("if", "with"):
@@ -271,7 +271,7 @@ def _comparison(source: SourceText, comparison: re.Match[str]) -> Diagnostic:
 
 def capital_keyword(word: str, place: Span, code: str = "FZ102") -> Diagnostic:
     """Return the diagnostic for a keyword in capitals."""
-    message = f"'{word}' is no keyword: keywords are written small"
+    message = f"'{word}' is not a keyword: keywords are written small"
     fix = Fix((Replacement(place, word.lower()),), "sure")
     return Diagnostic(code, message, place, help=f"write '{word.lower()}'", fix=fix)
 
@@ -335,7 +335,7 @@ def _bad_number(source: SourceText, at: int, help_text: str) -> Diagnostic:
     digit = unicodedata.decimal(char, None)
     return Diagnostic(
         "FZ105",
-        f"{character} is no digit of a number",
+        f"{character} is not a digit of a number",
         Span(source, foreign, foreign + 1),
         help=f"write '{digit}'" if digit is not None else help_text,
     )
@@ -375,10 +375,10 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
     near = None if assigned else _meant(line.word, keywords)
     if line.in_block and line.word in ("if", "when", "elif", "else") and not re.search(r"\bis\b", text):
         help_text = f"{CHOICE}, as the value of a 'let', 'next' or 'output'"
-        return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text)
+        return Diagnostic("FZ101", f"'{line.word}' does not begin a statement", place, help=help_text)
     if line.word in ("then", "is", "not") or (near != "if" and re.search(r"\bthen\b", text)):
         help_text = "a rule is one line, which goes on in the next only inside parentheses"
-        return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text)
+        return Diagnostic("FZ101", f"'{line.word}' does not begin a statement", place, help=help_text)
     if line.word in keywords:
         return Diagnostic("FZ102", "unexpected '=' or '|'", place, help=f"the form is: {forms[line.word]}")
     if line.word == "let" and not line.in_block:
@@ -392,7 +392,7 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
         fix = (
             Fix((Replacement(Span(source, start, line.start + gap.end()), ""),), "likely") if gap is not None else None
         )
-        return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text, fix=fix)
+        return Diagnostic("FZ101", f"'{line.word}' does not begin a statement", place, help=help_text, fix=fix)
     hint = f"did you mean '{near}'? the form is: {forms[near]}" if near else ""
     if not hint and block == "variable":
         hint = f"a term is written: {_BELOW['term_line']}"
@@ -401,7 +401,7 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
         hint = f"write: {' or '.join(f'{word} {line.word} = ...' for word in assigning)}"
     facts = (*look_alikes(line.word), _keywords(keywords))
     fix = respelt(place, line.word, near, keywords)
-    return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, facts=facts, help=hint, fix=fix)
+    return Diagnostic("FZ101", f"'{line.word}' does not begin a statement", place, facts=facts, help=hint, fix=fix)
 
 
 def _of_another_block(line: LogicalLine, place: Span) -> Diagnostic:

@@ -14,7 +14,7 @@ from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.records import dataclass
-from fuzzyctl.support.reading import files_in, is_below, read_source
+from fuzzyctl.support.shipped import files_in, is_below, read_source
 
 #: Most files that one file may use, directly and through others.
 MAX_FILES: Final = 64
@@ -239,7 +239,7 @@ class _Reader:
 
     def _path(self, name: str, place: Span) -> Path | None:
         if self.folder is None:
-            self._report("a text that is no file can use no files", place, help="write it to a file and load that")
+            self._report("a text without a file cannot use files", place, help="write it to a file and load that")
             return None
         path = path_below(self.folder, name)
         if path is None:

@@ -20,7 +20,7 @@ from fuzzyctl.model.controller import Result, Signal, State
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.loop import SIGNALS, Loop
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.support.reading import files_in, is_below, read_source, record_file
+from fuzzyctl.support.shipped import files_in, is_below, read_source, record_file
 
 if TYPE_CHECKING:
     from fuzzyctl.simulation.fmu_archive import FmuDescription
@@ -67,7 +67,7 @@ def named_path(name: str, span: Span, folder: Path | None) -> Path:
     why, help_text = "", ""
     path = Path(name) if folder is None else folder / name
     if folder is None:
-        why, help_text = "a text that is no file can use no files", "write it to a file and load that"
+        why, help_text = "a text without a file cannot use files", "write it to a file and load that"
     elif Path(name).is_absolute() or not is_below(path, folder):
         why, help_text = f"'{name}' lies outside the folder of this file", "move it there or below"
     if why:
@@ -120,8 +120,8 @@ def _assigned(source: SourceText, report: _Report) -> dict[str, dict[str, float]
         for n, value in values or ():
             first = next((of for of, names in results.items() if n in names), None)
             if not n.isidentifier() or n in sx.RESERVED:
-                facts = (f"{at}a name has letters, digits and underscores, and is no keyword",)
-                mistakes.append(report(f"'{n}' of '{name}' is no name", facts, "rename it"))
+                facts = (f"{at}a name has letters, digits and underscores, and is not a keyword",)
+                mistakes.append(report(f"'{n}' of '{name}' is not a name", facts, "rename it"))
             elif first is not None:
                 help_text = "inputs, states and outputs share one set of names; rename one of them"
                 mistakes.append(report(f"'{n}' of '{name}' is declared twice", (f"{at}first in '{first}'",), help_text))

@@ -11,11 +11,11 @@ from fuzzyctl.kernels.plan.expansion import DEEPEST_INSTANCES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.loading.assembly import Part
 from fuzzyctl.loading.block_equations import parts_of
+from fuzzyctl.model.block import ParamValues
 from fuzzyctl.model.checks.blocks import numbers, unread_names
 from fuzzyctl.model.checks.units import unlike_block_units
 from fuzzyctl.model.controller import EquationBlock
 from fuzzyctl.model.loop import Loop
-from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.block_names import Callee as Callee

@@ -8,7 +8,7 @@ from itertools import zip_longest
 
 from fuzzyctl.expr import Expr, ExprError, Number, evaluate
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.params import ParamValues
+from fuzzyctl.model.block import ParamValues
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Membership, Term
 

@@ -11,9 +11,7 @@ from typing import Any, ClassVar, Self
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.expr import FUNCTIONS, Call, Compare, Expr, Keyword, Logic, Name, Number, is_condition, walk
-from fuzzyctl.model.block import Block
-from fuzzyctl.model.guarantee import Bounds, Guarantee
-from fuzzyctl.model.node import Node
+from fuzzyctl.model.block import Block, Bounds, Guarantee, Node
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.operations import operation
 from fuzzyctl.records import dataclass

@@ -18,7 +18,7 @@ from typing import Any, Final, TypeVar
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Name, Number
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.block import Param
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Membership, Output, Term
 from fuzzyctl.support.arguments import is_finite

@@ -7,9 +7,8 @@ from dataclasses import replace
 from typing import Any, Final
 
 from fuzzyctl.expr import Expr, Name, children, names_in, replace_names
-from fuzzyctl.model.guarantee import Guarantee
-from fuzzyctl.model.output_dependencies import ordered_lets
-from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.block import Guarantee
+from fuzzyctl.model.system import FuzzySystem, ordered_lets
 
 #: Most operations of a guarantee, and most levels of them, once the lets that it names are replaced.
 MOST_PARTS: Final = 5_000

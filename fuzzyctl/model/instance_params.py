@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TypeVar
 
 from fuzzyctl.expr import Keyword, Name, Number, evaluate
+from fuzzyctl.model.block import Param
 from fuzzyctl.model.controller import Controller, EquationBlock, Instance
-from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.shared_params import with_values
 

@@ -7,9 +7,9 @@ from typing import ClassVar, Final
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.expr import Expr
+from fuzzyctl.model.block import Guarantee
 from fuzzyctl.model.controller import Definition, EquationBlock
 from fuzzyctl.model.forms import NEEDED, Form
-from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.records import dataclass
 

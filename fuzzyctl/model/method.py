@@ -8,7 +8,7 @@ from typing import Final, Literal, get_args
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr
-from fuzzyctl.model.node import Node
+from fuzzyctl.model.block import Node
 from fuzzyctl.records import dataclass
 
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.expr import ONE, Expr
+from fuzzyctl.model.block import Node
 from fuzzyctl.model.method import Activation
-from fuzzyctl.model.node import Node
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.records import dataclass
 

@@ -6,8 +6,8 @@ import math
 from typing import Final, Literal
 
 from fuzzyctl.expr import ONE, Expr, Number, names_in
+from fuzzyctl.model.block import Node
 from fuzzyctl.model.method import Defuzzifier
-from fuzzyctl.model.node import Node
 from fuzzyctl.records import dataclass
 
 #: Words for an output without a firing rule, besides a value and the previous output: the middle of the range, NaN, an

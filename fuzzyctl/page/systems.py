@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final, Generic, TypeVar
 
-from fuzzyctl.analysis import clock
+from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.bounds import OutputBound
 from fuzzyctl.analysis.prove import Prover
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict

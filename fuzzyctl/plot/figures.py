@@ -18,7 +18,7 @@ from mpl_toolkits.mplot3d import Axes3D
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.diagnostics.terminal import printable
-from fuzzyctl.displayed import Displayed
+from fuzzyctl.operations import Displayed
 from fuzzyctl.plot.style import STYLE
 
 #: Pixels per inch in a notebook.

@@ -8,9 +8,8 @@ from typing import Any
 from fuzzyctl.diagnostics.fixes import respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.block import Node, Param
 from fuzzyctl.model.controller import Definition, Function, Result, Signal, State
-from fuzzyctl.model.guarantee import Param
-from fuzzyctl.model.node import Node
 from fuzzyctl.resolve.block_expressions import PARAMETERS, Expressions
 from fuzzyctl.resolve.variables import resolve_bounds
 

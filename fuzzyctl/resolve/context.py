@@ -201,7 +201,7 @@ class Context:
             help_text = "count the time in a state, such as: next time = time + dt"
         if text in self.lets:
             fix = None
-            help_text = f"a let is no {kind}; a constant begins with 'param'"
+            help_text = "a let is not allowed here; a constant begins with 'param'"
         elif kind == "param" and text in self.named:
             fix = None
             help_text = self._no_constant(text, self.named[text])

@@ -8,15 +8,15 @@ from typing import Final
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.block import Node
 from fuzzyctl.model.checks.checks import in_order
 from fuzzyctl.model.controller import Controller, Instance
-from fuzzyctl.model.node import Node
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.resolve.block_expressions import Inner
 from fuzzyctl.resolve.block_names import Find
 from fuzzyctl.resolve.block_statements import Statements
-from fuzzyctl.resolve.claims import resolve_claim
 from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.rules import resolve_claim
 
 #: Names that a controller has without declaring them: the time since the step before [s].
 GIVEN: Final = ("dt",)

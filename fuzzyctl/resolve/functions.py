@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Final
 
 from fuzzyctl import expr as ex
@@ -109,14 +109,14 @@ class _Expansion:
             fix = with_decimal_points(call.span, len(arguments), len(parameters))
             context.report("FZ303", message, call.span, help=f"the form is: {name}({', '.join(parameters)})", fix=fix)
             return None
-        if not self._is_sound(function, {*parameters, *context.params}):
+        if not self._is_sound(function, dict.fromkeys((*parameters, *context.params))):
             return None
         self.path.append(name)
         result = self.expanded(function.expression, dict(zip(parameters, arguments, strict=True)))
         self.path.pop()
         return result
 
-    def _is_sound(self, function: sx.Function, known: set[str]) -> bool:
+    def _is_sound(self, function: sx.Function, known: Collection[str]) -> bool:
         """Check that a function uses its parameters and params only."""
         nodes = [n for n in ex.walk(function.expression) if not self._is_call(n)]
         return all([self._is_known(n, known) for n in nodes if isinstance(n, ex.Name | ex.Call)])
@@ -129,7 +129,7 @@ class _Expansion:
         """Return whether a part is a `clamp` of functions that controllers share."""
         return isinstance(node, ex.Call) and node.function == "clamp" and len(node.arguments) == 3
 
-    def _is_known(self, node: ex.Expr, known: set[str]) -> bool:
+    def _is_known(self, node: ex.Expr, known: Collection[str]) -> bool:
         if isinstance(node, ex.Call):
             return self.context.check_call(node)
         return self.context.check_names(node, known, "parameter or param")

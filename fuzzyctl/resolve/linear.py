@@ -13,8 +13,8 @@ from dataclasses import field
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Expr, Name, Number, walk
+from fuzzyctl.model.block import ParamValues
 from fuzzyctl.model.controller import Definition, Result, Signal, State
-from fuzzyctl.model.params import ParamValues
 from fuzzyctl.records import dataclass
 
 #: Most terms of a sum that is one expression.

@@ -11,9 +11,9 @@ from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import ONE
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.block import Guarantee
 from fuzzyctl.model.checks.checks import in_order
 from fuzzyctl.model.controller import Instance
-from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import MEASURES, SIGNALS, TIME, Loop, Measure
 from fuzzyctl.model.plant import PLANTS
 from fuzzyctl.model.stateful_operators import OPERATORS
@@ -23,7 +23,7 @@ from fuzzyctl.resolve.block_statements import Statements
 from fuzzyctl.resolve.context import Context
 
 if TYPE_CHECKING:
-    from fuzzyctl.model.node import Node
+    from fuzzyctl.model.block import Node
 
 #: How a block of a loop is written.
 _BLOCK = "CONTROLLER_OR_PLANT(input=EXPRESSION, ..., param=value)"

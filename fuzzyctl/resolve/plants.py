@@ -12,12 +12,11 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
 from fuzzyctl.expr import ZERO, Expr, Name
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.block import Param, ParamValues
 from fuzzyctl.model.checks.checks import in_order
 from fuzzyctl.model.controller import Definition, Result, Signal
 from fuzzyctl.model.forms import bound
-from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import MEASURES, SIGNALS, TIME
-from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import PLANT_FUNCTIONS, PLANTS, Plant
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.resolve.block_expressions import Expressions, Inner

@@ -263,7 +263,7 @@ def _count(context: Context, option: sx.ActivationOption) -> int:
     value = option.value
     if isinstance(value, ex.Number) and value.value == int(value.value) and 1 <= value.value <= MOST_RULES:
         return int(value.value)
-    message = f"count = {ex.to_text(value)} is no whole number from 1 to {MOST_RULES}"
+    message = f"count = {ex.to_text(value)} is not a whole number from 1 to {MOST_RULES}"
     context.report("FZ302", message, ex.span_of(value) or option.name.span)
     return 1
 
@@ -300,12 +300,12 @@ def _value(context: Context, option: sx.Option, words: tuple[str, ...]) -> str |
             low, high = (1, RESOLUTIONS[1]) if context.foreign else RESOLUTIONS
             if text.isdecimal() and low <= int(text) <= high:
                 return int(text)
-            context.report("FZ302", f"resolution = {text} is no whole number from {low} to {high}", span)
+            context.report("FZ302", f"resolution = {text} is not a whole number from {low} to {high}", span)
         case "tolerance":
             value = _number(text)
             if 0.0 <= value < 1.0:
                 return value
-            message = f"tolerance = {text} is no number from 0 up to 1"
+            message = f"tolerance = {text} is not a number from 0 up to 1"
             context.report("FZ302", message, span, help="it is a part of the largest degree, such as 1e-9")
         case name if text not in words:
             context.report("FZ213", f"no {name} '{text}'", span, facts=(f"one of: {', '.join(words)}",))

@@ -92,7 +92,7 @@ def _can_scale(context: Context, statement: sx.Table, scale: ex.Expr) -> bool:
     cells = [t for row in statement.rows for c in row.cells for t in c.terms]
     others = [t for t in cells if not isinstance(t, ex.Expr)]
     if others:
-        message = f"'scale' multiplies numbers, and '{others[0].span.text}' is none"
+        message = f"'scale' multiplies numbers, but '{others[0].span.text}' is not a number"
         more = len(others) - 1
         facts = (f"nor {'is' if more == 1 else 'are'} {counted(more, 'other cell')}",) if more else ()
         context.report("FZ214", message, others[0].span, facts=facts, help="write numbers, or leave 'scale' out")

@@ -99,7 +99,7 @@ def _connection(line: str, parameter: str, signals: Sequence[str]) -> tuple[Conn
         return Connection(signal, topic, message, field), ""  # entries of lists are there when a message has come
     value = value_of(message(), field)
     if value is None or (parameter == "outputs" and not isinstance(value, float)):
-        return None, f"'{field}' is no {'number' if parameter == 'inputs' else 'floating-point number'} of {kind}"
+        return None, f"'{field}' is not a {'number' if parameter == 'inputs' else 'floating-point number'} of {kind}"
     return Connection(signal, topic, message, field, rest), ""
 
 

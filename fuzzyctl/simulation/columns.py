@@ -13,7 +13,7 @@ import numpy as np
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.simulation.signals import Given, Noise, Table
-from fuzzyctl.support.reading import read_source
+from fuzzyctl.support.shipped import read_source
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -85,5 +85,5 @@ def _cell(table: Table, row: list[str], line: int, column: int) -> float:
     except (ValueError, IndexError):
         pass
     cell = row[column] if column < len(row) else ""
-    message = f"'{cell}' is no finite number, in line {line} of '{table.file}'"
+    message = f"'{cell}' is not a finite number, in line {line} of '{table.file}'"
     raise DiagnosticError([Diagnostic("FZ705", message, table.span)])

@@ -11,8 +11,8 @@ from fuzzyctl.kernels.plan.equations import DT, Equation, ordered
 from fuzzyctl.kernels.plan.expansion import Expansion, Scope, lines_of, split
 from fuzzyctl.kernels.program.builder import any_nan
 from fuzzyctl.kernels.program.program import NAN
+from fuzzyctl.model.block import Bounds
 from fuzzyctl.model.controller import Controller
-from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.model.loop import SIGNALS, TIME, Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.equations import DeadTime, External, LoopEquations, PlantState, block_signals, needs

@@ -19,18 +19,12 @@ from fuzzyctl.diagnostics.diagnostic import (
     UnknownNameError,
 )
 from fuzzyctl.diagnostics.terminal import printable
-from fuzzyctl.displayed import Displayed
+from fuzzyctl.kernels.algorithms.select import AlgorithmName
 from fuzzyctl.kernels.backends.arguments import float_array, writable
-from fuzzyctl.kernels.compile import (
-    MOST_BRANCHES,
-    MOST_OPERATIONS,
-    AlgorithmName,
-    branches,
-    numba_is_missing,
-    operations,
-)
+from fuzzyctl.kernels.compile import MOST_BRANCHES, MOST_OPERATIONS, branches, numba_is_missing, operations
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
+from fuzzyctl.operations import Displayed
 from fuzzyctl.simulation.columns import columns
 from fuzzyctl.simulation.dead_times import DeadTimes, dead_times
 from fuzzyctl.simulation.equations import LoopEquations, with_calls

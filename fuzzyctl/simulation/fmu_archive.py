@@ -161,7 +161,7 @@ def read_description(path: str) -> FmuDescription:
     with _opened(path) as archive:
         names = archive.namelist()
         if "modelDescription.xml" not in names:
-            raise FmuError("the archive has no modelDescription.xml, so it is no FMU", help_text="export it again")
+            raise FmuError("the archive has no modelDescription.xml, so it is not an FMU", help_text="export it again")
         if archive.getinfo("modelDescription.xml").file_size > MOST_TEXT:
             raise FmuError(f"modelDescription.xml has more than {MOST_TEXT:,} bytes")
         try:
@@ -195,7 +195,7 @@ def _opened(path: str) -> zipfile.ZipFile:
     try:
         archive = zipfile.ZipFile(path)
     except zipfile.BadZipFile:
-        raise FmuError("the file is no zip archive, so it is no FMU", help_text="export it again") from None
+        raise FmuError("the file is not a zip archive, so it is not an FMU", help_text="export it again") from None
     except FileNotFoundError:
         raise FmuError("there is no such file") from None
     except OSError as error:
@@ -240,7 +240,7 @@ def _described(path: str, found: list[Element], names: list[str]) -> FmuDescript
         raise FmuError("the FMU is not for co-simulation", facts, "export it for co-simulation")
     model = interface.attributes.get("modelIdentifier", "")
     if not re.fullmatch(r"[A-Za-z_]\w*", model, re.ASCII):
-        raise FmuError(f"the FMU has the model identifier {model!r:.60}, which is no name of C")
+        raise FmuError(f"the FMU has the model identifier {model!r:.60}, which is not a name in C")
     variables = list(_variables(found, int(version[0])))
     kinds_of = {kind: [e for e in variables if e.attributes.get("causality") == kind] for kind in _KINDS}
     interfaces = {kind: tuple(_variable(e) for e in of) for kind, of in kinds_of.items()}

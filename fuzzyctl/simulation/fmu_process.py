@@ -25,7 +25,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import listed
 from fuzzyctl.simulation.fmu_plant import CALLS, MESSAGES, FmuPlant
 from fuzzyctl.simulation.source import External, external_plant, interpreted
-from fuzzyctl.support.processes import interrupts_blocked
+from fuzzyctl.support.cores import interrupts_blocked
 
 #: Most samples of one request, and the time [s] after which a request ends with fewer.
 _SAMPLES: Final = 500

@@ -22,10 +22,9 @@ from fuzzyctl.expr import (
     to_text,
     walk,
 )
+from fuzzyctl.model.block import Guarantee, ParamValues
 from fuzzyctl.model.forms import bound
-from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import MEASURES, Loop
-from fuzzyctl.model.params import ParamValues
 from fuzzyctl.records import dataclass
 
 if TYPE_CHECKING:

@@ -8,13 +8,12 @@ from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Keyword, Number, evaluate, names_in
+from fuzzyctl.model.block import Param, ParamValues
 from fuzzyctl.model.checks.blocks import numbers_of_all
 from fuzzyctl.model.checks.terms import has_computed_params, outside_ranges
 from fuzzyctl.model.controller import Controller, Instance
-from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
-from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.support.arguments import is_finite
@@ -92,7 +91,7 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
 
     Raises:
         UnknownNameError: For a name of no param, or of several.
-        ValueOutOfBoundsError: For a value that is no finite number.
+        ValueOutOfBoundsError: For a value that is not a finite number.
         DiagnosticError: For values outside of the ranges of their params, or of those that follow from them, and for
             other errors of `check` with such numbers, such as a period that is not positive.
     """
@@ -108,7 +107,7 @@ def within_ranges(loop: Loop, values: Mapping[str, float]) -> Loop:
 
     Raises:
         UnknownNameError: For a name of no param, or of several.
-        ValueOutOfBoundsError: For a value that is no finite number.
+        ValueOutOfBoundsError: For a value that is not a finite number.
         DiagnosticError: For values outside of the ranges of their params, or of those that follow from them.
     """
     loop = with_instance_params(loop, values)  # which has the params of controllers inside by name

@@ -13,12 +13,11 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
 from fuzzyctl.diagnostics.terminal import printable
-from fuzzyctl.displayed import Displayed
 from fuzzyctl.experiments.parquet import available, write_table
 from fuzzyctl.experiments.result_files import write_csv
 from fuzzyctl.expr import Expr, Name, evaluate
 from fuzzyctl.model.loop import Loop
-from fuzzyctl.operations import operation
+from fuzzyctl.operations import Displayed, operation
 from fuzzyctl.simulation.judgement import Judgement, Requirement
 from fuzzyctl.simulation.loop_params import params_of
 

@@ -30,7 +30,7 @@ def sample_times(loop: Loop) -> tuple[float, dict[str, int]]:
     """Return the time between two samples [s], and every how many of them each controller runs, by name of its block.
 
     Raises:
-        DiagnosticError: If the loop has neither step nor period, or a period is no multiple of the step.
+        DiagnosticError: If the loop has neither step nor period, or a period is not a multiple of the step.
     """
     periods = dict(_periods(loop))
     if loop.step is None and not periods:
@@ -45,7 +45,7 @@ def sample_times(loop: Loop) -> tuple[float, dict[str, int]]:
         every[name] = max(round(count), 1)
         if abs(count - every[name]) > ALIGNED * every[name]:
             instance = next(i for i in loop.instances if i.name == name)
-            message = f"block '{name}' runs every {period:g} s, which is no multiple of the step of {step:g} s"
+            message = f"block '{name}' runs every {period:g} s, which is not a multiple of the step of {step:g} s"
             help_text = f"write a step that divides all periods, such as: step {_divisor(periods.values()):g} s"
             span = instance.span if loop.step is None or period > step else span_of(loop.step)
             mistakes.append(Diagnostic("FZ702", message, span, help=help_text))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
-from fuzzyctl.kernels.backends import python_backend
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.program import Program
 from fuzzyctl.model.discrete_plant import BEFORE
 from fuzzyctl.model.loop import Loop
@@ -72,7 +72,7 @@ def simulate(
     Raises:
         DiagnosticError: For a loop that cannot be run.
         UnknownNameError: For a name of no param, backend or solver.
-        ValueOutOfBoundsError: For a value of a param that is no finite number.
+        ValueOutOfBoundsError: For a value of a param that is not a finite number.
         ArgumentError: For an argument of another type, and a solver of scipy with dead time or substeps.
     """
     if not isinstance(loop, Loop):
@@ -190,8 +190,8 @@ def solved(
 
 def _function(program: Program) -> Callable[[list[float], list[float]], list[float]]:
     """Return the function (arguments, state) of a program that returns its results."""
-    source = python_backend.storing_source(program)
-    store = python_backend.compile_source(source, program, program.arguments)
+    source = scalar.storing_source(program)
+    store = scalar.compile_source(source, program, program.arguments)
     count = len(program.results)
 
     def call(arguments: list[float], state: list[float]) -> list[float]:

@@ -1,12 +1,13 @@
-"""Argument checks of the public API: messages name the argument, the expected type and the value."""
+"""Argument checks of the public API: messages name the argument, the expected type and the value. Signatures."""
 
 from __future__ import annotations
 
 import math
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from collections.abc import Set as AbstractSet
+from inspect import Parameter, Signature
 from numbers import Real
 from typing import Any, Final, TypeVar
 
@@ -157,3 +158,33 @@ def bytes_allowed(given: object) -> int:
         shown: object = given if abs(given) < 1 << 63 else int  # longer ones have no text
         raise ValueOutOfBoundsError("'max_bytes'", shown, f"from 1 to {MOST_BYTES:,}")
     return given
+
+
+class InputSignature:
+    """What `inspect.signature` says of one object, whose class does not know its inputs.
+
+    Args:
+        positional: The names of an object's arguments by position.
+        named: The names of those that are given by name only.
+    """
+
+    def __init__(
+        self,
+        positional: Callable[[Any], Iterable[str]] = lambda _: (),
+        named: Callable[[Any], Iterable[str]] = lambda _: (),
+    ) -> None:
+        self._kinds = (Parameter.POSITIONAL_OR_KEYWORD, positional), (Parameter.KEYWORD_ONLY, named)
+
+    def __get__(self, called: object | None, owner: type) -> Signature:
+        """Return the signature.
+
+        Raises:
+            AttributeError: For the class, which has that of its constructor, and for names that Python cannot write;
+                `inspect` then looks at `__call__`.
+        """
+        if called is None:
+            raise AttributeError("__signature__")
+        try:
+            return Signature([Parameter(name, kind) for kind, names in self._kinds for name in names(called)])
+        except ValueError as error:
+            raise AttributeError(f"__signature__: {error}") from None

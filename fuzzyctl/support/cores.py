@@ -1,4 +1,4 @@
-"""Number of usable cores: CPU affinity, limited by the control group's share of time.
+"""Number of usable cores: CPU affinity, limited by the control group's share of time; processes without Ctrl-C.
 
 A container that is given two cores of a large machine sees all of them, and more threads than two would only stop each
 other.
@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import math
 import os
+import signal
 from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import Final
@@ -70,3 +72,19 @@ def _words(file: Path) -> list[str]:
         return file.read_text(encoding="ascii").split()
     except (OSError, UnicodeDecodeError):
         return []
+
+
+@contextmanager
+def interrupts_blocked() -> Iterator[None]:
+    """Start processes that never get Ctrl-C, not even while they import; this process gets it afterwards.
+
+    Windows has no signal masks: there a process gets Ctrl-C until it ignores it.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -20,11 +20,10 @@ from fuzzyctl.experiments.scenario_keys import OverrideError, join_key, override
 from fuzzyctl.experiments.sweep_spec import Spec, SpecFile
 from fuzzyctl.experiments.value_errors import show
 from fuzzyctl.loading.load import look_through
-from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.block import Param
 from fuzzyctl.model.loop import Loop, Measure
 from fuzzyctl.simulation.loop_params import all_params, short_names, within_ranges
-from fuzzyctl.support.reading import files_in, read_source, recorded
-from fuzzyctl.support.shipped import place_of
+from fuzzyctl.support.shipped import files_in, place_of, read_source, recorded
 
 #: Key of the number by which a run draws its noise anew.
 SEED: Final = "noise.seed"

@@ -29,9 +29,10 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import fuzzyctl
 from fuzzyctl.kernels.algorithms.select import algorithm_of
-from fuzzyctl.kernels.backends import numpy_backend, python_backend
+from fuzzyctl.kernels.backends import numpy_backend
 from fuzzyctl.kernels.backends.numba import source as numba_backend
 from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.program import scalar
 from tests.bench import params
 from tests.bench.trials import OPTIMISATIONS, SIZES, Optimisation, files
 from tests.bench.workloads import WORKLOADS
@@ -43,7 +44,7 @@ FEW, SECONDS, MANY, ROUNDS = 200, 4e-3, 400_000, 9
 MOST_OF_CORPUS = 8
 #: What is printed for each use.
 TEXTS: Mapping[str, Callable[[Any], str]] = {
-    "Python": lambda own: python_backend.evaluation_source(own.interpreted),
+    "Python": lambda own: scalar.evaluation_source(own.interpreted),
     "loop": lambda own: numba_backend.evaluation_source(own.point),
     "batch": lambda own: numba_backend.batch_source(own.many),
     "numpy": lambda own: numpy_backend.block_source(own.arrays),

@@ -14,11 +14,12 @@ from typing import Any
 import fuzzyctl
 from fuzzyctl import DiagnosticError, FuzzySystem
 from fuzzyctl.kernels.algorithms import interpolation, select
-from fuzzyctl.kernels.backends import numpy_backend, python_backend
+from fuzzyctl.kernels.backends import numpy_backend
 from fuzzyctl.kernels.backends.numba import machine_code
 from fuzzyctl.kernels.backends.numba import source as numba_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify import centroid, defuzzify
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.printer import SCALAR, counted_or_searched
 from tests.bench.growth import complete
 
@@ -129,7 +130,7 @@ class _InText(numba_backend.Numbers):
 
 _ALL_COUNTED = partial(counted_or_searched, most=10**9)
 
-_INTERPRETED = python_backend.INTERPRETED
+_INTERPRETED = scalar.INTERPRETED
 _EVALUATION = inference.evaluation
 
 OPTIMISATIONS = (
@@ -140,7 +141,7 @@ OPTIMISATIONS = (
     Optimisation("neighbours", ((centroid, "is_handover", lambda _: False),)),
     Optimisation("exact bisector", ((defuzzify, "LARGEST", -1),)),
     Optimisation("tables of degrees", ((inference, "degree_of", lambda _, term, x: term.degree(x)),)),
-    Optimisation("decisions", ((python_backend, "INTERPRETED", replace(_INTERPRETED, locate=_ALL_COUNTED)),)),
+    Optimisation("decisions", ((scalar, "INTERPRETED", replace(_INTERPRETED, locate=_ALL_COUNTED)),)),
     Optimisation("search", _dialects(locate=_ALL_COUNTED)),
     Optimisation("intrinsics", _dialects(smaller=SCALAR.smaller, larger=SCALAR.larger)),
     Optimisation(

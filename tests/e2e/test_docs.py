@@ -154,7 +154,7 @@ class TestTheRunnerItself:
             "```console\n$ fuzzyctl check none.fz\n...\n$ echo $?\n1\n$ fuzzyctl --version\nfuzzyctl, ...\n```\n",
             "```python\na = 1\n```\n\n```python\n>>> a + 1\n2\n```\n",
             "<!-- file: a.txt -->\n```text\nhello\n```\n\n```console\n$ cat a.txt\nhello\n```\n",
-            "```fz\nparam a = 1  # used by nothing\n```\n",
+            "```fz\nparam a = 1  # not used\n```\n",
         ],
     )
     def test_a_right_example_passes(self, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -90,5 +90,5 @@ def test_mistakes_in_the_new_format_are_reported_at_their_places(checkout):
     text = (checkout / "lamp.tri").read_text(encoding="utf-8")
     (checkout / "wrong.tri").write_text(text.replace("is dark", "is drak").replace("0 1 2", "0 1 x"), encoding="utf-8")
     message = run(checkout, "check", "wrong.tri").stderr
-    assert "wrong.tri:3:21: error[FZ601]: 'x' is no number" in message
+    assert "wrong.tri:3:21: error[FZ601]: 'x' is not a number" in message
     assert "wrong.tri:7:13: error[FZ203]: input 'light' has no term 'drak'" in message

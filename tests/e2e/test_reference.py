@@ -18,7 +18,8 @@ from fuzzyctl import expr, formulas
 from fuzzyctl.building import build
 from fuzzyctl.cli.main import main as fuzzyctl_commands
 from fuzzyctl.diagnostics import diagnostic
-from fuzzyctl.kernels.compile import ALGORITHMS, BACKENDS
+from fuzzyctl.kernels.algorithms.select import ALGORITHMS
+from fuzzyctl.kernels.compile import BACKENDS
 from fuzzyctl.lang import syntax
 from fuzzyctl.lang.grammar import grammar_text
 from fuzzyctl.lang.mistakes import BLOCK_FORMS
@@ -32,8 +33,7 @@ from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.variable import Fallback
 from fuzzyctl.resolve.block_names import FUNCTIONS
-from fuzzyctl.resolve.claims import FORMS
-from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES
+from fuzzyctl.resolve.rules import CLAIM_FORMS, MAX_OUTPUTS, MAX_RULES
 from fuzzyctl.resolve.settings import RESOLUTIONS
 from fuzzyctl.resolve.variables import MAX_TERMS
 from tests import shipped
@@ -112,7 +112,7 @@ class TestReference:
             *ACTIVATIONS,
             *DEFUZZIFIERS,
             *PROFILES,
-            *FORMS,
+            *CLAIM_FORMS,
             *get_args(Fallback),
             *get_args(Grid),
             *expr.FUNCTIONS,

@@ -4,10 +4,11 @@ import pytest
 
 from fuzzyctl import ArgumentError, loads
 from fuzzyctl.kernels.algorithms.select import ALGORITHMS, algorithm_of
-from fuzzyctl.kernels.backends import numpy_backend, python_backend
+from fuzzyctl.kernels.backends import numpy_backend
 from fuzzyctl.kernels.backends.numba import source as numba_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.program import scalar
 from tests.frozen.kept import check_kept
 from tests.frozen.systems import SYSTEMS
 
@@ -21,12 +22,12 @@ def programs(text):
         except ArgumentError as error:
             yield f"{name}: refused", str(error)
             continue
-        yield f"{name}: point in Python", python_backend.evaluation_source(chosen.interpreted)
+        yield f"{name}: point in Python", scalar.evaluation_source(chosen.interpreted)
         yield f"{name}: point in numba", numba_backend.evaluation_source(chosen.point)
         yield f"{name}: batch in numba", numba_backend.batch_source(chosen.many)
         yield f"{name}: batch in numpy", numpy_backend.block_source(chosen.arrays)
     yield "algorithm", algorithm_of(planned).name
-    yield "trace", python_backend.storing_source(inference.trace(planned))
+    yield "trace", scalar.storing_source(inference.trace(planned))
     if planned.states:
         yield "rates", numba_backend.storing_source(inference.rates(planned))
         yield "strengths", numba_backend.storing_source(inference.strengths(planned))

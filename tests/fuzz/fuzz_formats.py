@@ -21,7 +21,7 @@ from fuzzyctl.diagnostics.diagnostic import DiagnosticError, render_all
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import FORMATS
-from fuzzyctl.support.reading import decode
+from fuzzyctl.support.shipped import decode
 
 SAMPLES = Path(__file__).parent.parent / "fuzzyctl" / "formats"
 TOKEN = re.compile(r"[\d.]+(?:[eE][+-]?\d+)?|[^\W\d]\w*|\n *|.", re.DOTALL)

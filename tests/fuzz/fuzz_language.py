@@ -16,18 +16,22 @@ from pathlib import Path
 
 from mutating import mutated
 
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError, render_all
+from fuzzyctl import dumps, loads
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.fz import dumps
 from fuzzyctl.formulas import HEDGES, MEMBERSHIP
 from fuzzyctl.lang.formatter import format_source
-from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
-from fuzzyctl.loading.load import examine_all, loads
-from fuzzyctl.support.reading import decode
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.testing import check_text
 
+RULES = Path(__file__).parents[2] / "rules"
+GOLDEN = Path(__file__).parents[1] / "golden"
+GRAMMAR = (RULES.parent / "fuzzyctl" / "lang" / "grammar.lark").read_text(encoding="utf-8")
 TOKEN = re.compile(r'"[^"\n]*"|[\d.]+(?:[eE][+-]?\d+)?|[^\W\d]\w*|<=|>=|==|!=|\n *|[^\s]')
-WORDS = [*STATEMENT_KEYWORDS, *MEMBERSHIP, *HEDGES, *"a b u x NB ZO PB 0 1 -1 0.5 1e-3 1e999 inf pi nan error".split()]
+WORDS = [
+    *re.findall(r"^[A-Z_]+: /([a-z]+)", GRAMMAR, flags=re.MULTILINE),
+    *MEMBERSHIP,
+    *HEDGES,
+    *"a b u x NB ZO PB 0 1 -1 0.5 1e-3 1e999 inf pi nan error".split(),
+]
 WORDS += "unless any".split()
 WORDS += "in unit else adaptive rate extrapolate then is within when from linear function height midpoint min".split()
 WORDS += ["\n", "\n", "\n", "\t", *'( ) [ ] , = | @ * / + - ^ < <= == . # " σ ½ ∞'.split()]
@@ -40,7 +44,7 @@ def soup(rng, _):
 
 def noise(rng, _):
     """Bytes, decoded as a file would be."""
-    return decode(rng.randbytes(rng.randrange(200)), "noise").text
+    return rng.randbytes(rng.randrange(200)).decode("latin-1")
 
 
 def edited(rng, seeds):
@@ -55,16 +59,16 @@ def spliced(rng, seeds):
 
 
 def one(text):
-    """Read a text, print what is printed, and format it; returns whether it was a system."""
-    source = SourceText("fuzz", text)
-    systems, diagnostics = examine_all(source)
-    render_all(diagnostics)
-    format_source(source)
+    """Check a text, print what is printed, and format it; returns whether it has no error."""
+    blocks, diagnostics = check_text(text, "fuzz")
+    "".join(map(str, diagnostics))
+    format_source(SourceText("fuzz", text))
     if any(d.severity == "error" for d in diagnostics):
         return False
-    assert systems, "neither a system nor a diagnostic"
-    for system in systems:
-        assert loads(dumps(system)) == system, "the round trip changed the system"
+    assert blocks or diagnostics, "neither a block nor a diagnostic"
+    for block in blocks:
+        if block.kind == "system":
+            assert loads(dumps(block), block=block.name) == block, "the round trip changed the system"
     return True
 
 
@@ -74,18 +78,12 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     rng = random.Random(arguments.seed)
-    seeds = [p.read_text(encoding="utf-8") for p in sorted(rules_folder().glob("*.fz"))]
-    golden = Path(__file__).parent.parent / "golden" / "diagnostics"
-    seeds += [p.read_text(encoding="utf-8") for p in sorted(golden.glob("*.fz"))]
+    seeds = [p.read_text(encoding="utf-8") for p in sorted([*RULES.glob("*.fz"), *GOLDEN.glob("diagnostics/*.fz")])]
     kinds = Counter()
     slowest = 0.0
     for _ in range(arguments.inputs):
         make = rng.choice([soup, noise, edited, edited, spliced])
-        try:
-            text = make(rng, seeds)
-        except DiagnosticError:
-            kinds["no text"] += 1
-            continue
+        text = make(rng, seeds)
         start = time.perf_counter()
         try:
             kinds["system" if one(text) else "diagnostics"] += 1

@@ -31,17 +31,15 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import click
-from click.testing import CliRunner
 from limit_files import LIMITS
 from lsprotocol import types as lsp
 from worst_files import CASES
 
 from fuzzyctl import dumps
-from fuzzyctl.cli.main import main as fuzzyctl
-from fuzzyctl.editor.server import server
+from fuzzyctl.testing import run_command
 from tests.frozen.test_verdicts import ABLE
 from tests.fuzzyctl.editor.requests import requests
+from tests.golden.answers import server
 from tests.peers.drawing import Draw
 
 #: The commands that take the file as it is; INPUTS are values of its inputs, LSP are all requests of an editor. Of the
@@ -178,8 +176,6 @@ def words_of(command, file, text):
     return [w for word in command.split() for w in (inputs if word == "INPUTS" else [file if word == "FILE" else word])]
 
 
-@click.command()
-@click.argument("file")
 def answered(file):
     """Answer all requests of an editor about a file at some places."""
     uri, text = Path(file).resolve().as_uri(), Path(file).read_text(encoding="utf-8")
@@ -216,18 +212,18 @@ def stopped(seconds):
 
 def failure(words):
     """Return exit code and output of a command, and its raw exception with the place; an empty text without one."""
-    command, words = (answered, words[1:]) if words[0] == "LSP" else (fuzzyctl, words)
     try:
         with stopped(STOP):
-            result = CliRunner().invoke(command, words)
+            if words[0] == "LSP":
+                answered(words[1])
+                return 0, "", ""
+            result = run_command(*words)
     except StoppedError:
         return 1, "", ""
-    code, output, error = result.exit_code, result.output, result.exception
-    if error is None or isinstance(error, SystemExit):
-        return code, output, ""
-    place = traceback.extract_tb(error.__traceback__)[-1]
-    text = f"{type(error).__name__}: {str(error)[:100]} ({Path(place.filename).name}:{place.lineno})"
-    return code, output, text
+    except Exception as error:  # noqa: BLE001 - any one is a failure
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        return 1, "", f"{type(error).__name__}: {str(error)[:100]} ({Path(place.filename).name}:{place.lineno})"
+    return result.exit_code, result.output + result.errors, ""
 
 
 def failures_of(files, commands=COMMANDS, limit=0):

@@ -4,25 +4,31 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
-from typing import get_args
+from typing import get_args, get_type_hints
 
 import pytest
 
+from fuzzyctl import UnknownNameError, as_profile, build, load
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
-from fuzzyctl.formulas.memberships import MembershipKind
-from fuzzyctl.formulas.norms import Aggregation, Conjunction, Disjunction
-from fuzzyctl.model.profiles import PROFILES, ProfileName
 
 ROOT = Path(__file__).parents[2]
 USER_CODE = Path(__file__).parent / "user_code.py"
 
 
-def test_names_are_those_that_are_accepted():
-    assert get_args(ProfileName) == tuple(PROFILES)
-    assert get_args(Conjunction) == tuple(CONJUNCTIONS)
-    assert get_args(Disjunction) == tuple(DISJUNCTIONS)
-    assert {name for part in get_args(Aggregation) for name in get_args(part)} == set(AGGREGATIONS)
-    assert get_args(MembershipKind) == tuple(MEMBERSHIP)
+def words(function, parameter):
+    """Return the words that the type of a parameter has."""
+    parts = get_type_hints(function)[parameter]
+    return {word for part in get_args(parts) for word in get_args(part) or [part]} - {type(None)}
+
+
+def test_types_have_the_words_that_are_accepted():
+    with pytest.raises(UnknownNameError) as error:
+        as_profile(load("tipper"), "nope")
+    assert words(as_profile, "name") == set(error.value.known)
+    assert words(build.system, "conjunction") == set(CONJUNCTIONS)
+    assert words(build.system, "disjunction") == set(DISJUNCTIONS)
+    assert words(build.system, "aggregation") == set(AGGREGATIONS)
+    assert words(build.membership, "kind") == {*MEMBERSHIP, "linear", "function"}
 
 
 def test_user_code_is_checked_with_the_project():

@@ -11,14 +11,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import fuzzyctl
-from fuzzyctl.analysis.coverage.coverage import uncovered
-from fuzzyctl.analysis.extremes import extents
-from fuzzyctl.building import build
-from fuzzyctl.diagnostics.diagnostic import FuzzyctlError, ValueOutOfBoundsError
-from fuzzyctl.explain.trace import trace
-from fuzzyctl.model.method import Activation, Defuzzifier
-from fuzzyctl.model.rule import RuleTable
-from fuzzyctl.support import arguments
+from fuzzyctl import FuzzyctlError, ValueOutOfBoundsError, build
 from tests.sizes import examples
 
 X = build.input_variable("x", 0, 1, build.partition("L H"))
@@ -43,7 +36,7 @@ PLAIN = st.one_of(
     st.text(max_size=8),
     st.sampled_from(TEXTS),
     st.binary(max_size=3),
-    st.sampled_from([X, U, TABLE, SYSTEM, Activation(), Defuzzifier(), build.Hold(), build.partition("L H")]),
+    st.sampled_from([X, U, TABLE, SYSTEM, SYSTEM.method.activation, SYSTEM.method.defuzzifier, build.Hold()]),
     st.sampled_from([object(), int, len, Path("nothing.fz"), np.float32(0.5), np.array(0.5), np.array([0.0, 1.0])]),
 )
 HASHABLE = st.one_of(st.none(), st.integers(-3, 3), st.text(max_size=4), st.sampled_from(TEXTS), st.binary(max_size=2))
@@ -68,6 +61,10 @@ VARIABLE_ARGUMENTS = {"name": "x", "lower": 0, "upper": 1, "terms": {"A": 0}, "l
 
 def one_parameter(kind, a, height):
     return build.membership(kind, a, height=height)
+
+
+def traced(block, x):
+    return fuzzyctl.why(block, x=x)
 
 
 #: Public functions with arguments that are right.
@@ -101,9 +98,7 @@ FUNCTIONS = {
     "check": (fuzzyctl.check, {"path": SYSTEM, "block": None, "max_bytes": 100, "guarantees": True}),
     "prove": (fuzzyctl.prove, {"path": SYSTEM, "block": None, "timeout": 1, "progress": None}),
     "output_bounds": (fuzzyctl.output_bounds, {"system": SYSTEM, "timeout": 1}),
-    "extents": (extents, {"system": SYSTEM, "timeout": 0.1}),
-    "uncovered": (uncovered, {"system": SYSTEM}),
-    "trace": (trace, {"system": SYSTEM, "values": {"x": 0.5}}),
+    "why": (traced, {"block": SYSTEM, "x": 0.5}),
     "dumps": (fuzzyctl.dumps, {"system": SYSTEM}),
     "compile": (fuzzyctl.compile, {"block": SYSTEM, "backend": "python", "algorithm": "auto"}),
 }  # fmt: skip
@@ -251,11 +246,7 @@ class TestNamedArguments:
         with pytest.raises(fuzzyctl.ValueOutOfBoundsError, match="title must be a text"):
             build.system(**SYSTEM_ARGUMENTS | {"title": f"a{character}"})
 
-    def test_a_table_is_still_one_rule_of_a_list(self):
-        assert isinstance(SYSTEM.blocks[0], RuleTable)
-
-
-def test_a_time_that_no_float_comes_near_is_infinite():
-    assert arguments.seconds("'timeout'", 10**400) == math.inf
-    with pytest.raises(ValueOutOfBoundsError, match="'timeout' must be >= 0 s"):
-        arguments.seconds("'timeout'", -(10**400))
+    def test_a_time_above_all_floats_is_infinite(self):
+        assert fuzzyctl.output_bounds(SYSTEM, timeout=10**400)["u"].hi == 1.0
+        with pytest.raises(ValueOutOfBoundsError, match="'timeout' must be >= 0 s"):
+            fuzzyctl.output_bounds(SYSTEM, timeout=-(10**400))

@@ -1,8 +1,6 @@
 import pytest
 
-from fuzzyctl import check, load, load_all, loads
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, DiagnosticError
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl import ArgumentError, check, load, load_all, loads
 
 GAP = """
 system s
@@ -29,11 +27,6 @@ class TestLoad:
         with pytest.raises(ArgumentError, match="expected the text of a rule file"):
             loads(text)
 
-    def test_all_systems_of_a_file_are_read(self, tmp_path):
-        both = "".join((rules_folder() / f"{n}.fz").read_text(encoding="utf-8") for n in ("tipper", "boundary_layer"))
-        (tmp_path / "both.fz").write_text(both, encoding="utf-8")
-        assert [s.name for s in load_all(tmp_path / "both.fz")] == ["tipper", "boundary_layer"]
-
 
 class TestCheckOfASystem:
     def test_finds_what_it_finds_in_a_file(self, tmp_path):
@@ -47,48 +40,6 @@ class TestCheckOfASystem:
     def test_returns_a_sound_one(self):
         system = loads(GAP.replace("TOP", "7"))
         assert check(system) == (system, [])
-
-
-CHAIN = """
-system s
-defuzzifier weighted_average
-ACTIVATION
-param unused = 3
-input e in [-1, 1]
-  terms N Z P
-output m in [0, 1]
-  terms lo hi
-output u in [-5, 5] else 0
-  a = constant(1)
-  b = function(e)
-table m = e
-     N   Z   P
-  |  lo  hi  hi
-if m is lo then u is a
-if m is hi then u is b
-"""
-
-
-class TestWhatOnlyPlansFound:
-    """It has a place, and costs no other diagnostic."""
-
-    def codes(self, text, tmp_path):
-        (tmp_path / "s.fz").write_text(text, encoding="utf-8")
-        found = check(tmp_path / "s.fz")[1]
-        assert all(d.span is not None for d in found)
-        return [(d.code, d.span.line) for d in found]
-
-    @pytest.mark.parametrize("activation", ["highest(count=1)", "proportional"])
-    def test_activation_that_compares_rules_that_wait(self, tmp_path, activation):
-        text = CHAIN.replace("ACTIVATION", f"activation {activation}")
-        assert self.codes(text, tmp_path) == [("FZ214", 4), ("FZ216", 5)]
-        with pytest.raises(DiagnosticError, match="compares all rules at once"):
-            loads(text)
-
-    def test_a_function_that_is_read(self, tmp_path):
-        text = CHAIN.replace("ACTIVATION", "").replace("if m is hi then u is b", "if u is b then m is hi")
-        text = text.replace("if m is lo then u is a", "if e is P then u is b")
-        assert self.codes(text, tmp_path)[-1] == ("FZ214", 17)
 
 
 def test_a_claim_that_does_not_hold_is_an_error_and_the_system_is_returned(tmp_path):

@@ -6,9 +6,8 @@ import sys
 
 import pytest
 
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import examine_all
-from fuzzyctl.support.reading import read_source
+from fuzzyctl import DiagnosticError, load, loads
+from fuzzyctl.testing import check_text
 
 SYSTEM = """
 system s
@@ -32,8 +31,7 @@ def check(folder, *arguments):
 
 
 def found(tmp_path, text, name):
-    source = SourceText(str(tmp_path / "main.fz"), text.replace("NAME", name))
-    _, diagnostics = examine_all(source, folder=tmp_path)
+    _, diagnostics = check_text(text.replace("NAME", name), str(tmp_path / "main.fz"), folder=tmp_path)
     return [d for d in diagnostics if d.code == "FZ218"]
 
 
@@ -63,7 +61,7 @@ def test_a_user_may_name_a_pipe(tmp_path):
     text = SYSTEM + "if x is a then y is a\nif x is b then y is b\n"
     code = f"open({str(tmp_path / 'pipe.fz')!r}, 'w').write({text!r})"
     with subprocess.Popen([sys.executable, "-c", code]):
-        assert read_source(tmp_path / "pipe.fz").text == text
+        assert load(tmp_path / "pipe.fz") == loads(text)
 
 
 @pytest.mark.parametrize("text", [USE, TABLE], ids=["use", "table"])
@@ -79,20 +77,12 @@ def test_names_that_no_file_can_have_are_diagnostics(tmp_path, text, name):
     assert diagnostic.span.line in (1, 8)
 
 
-def test_the_help_still_names_the_file_that_was_meant(tmp_path):
-    (tmp_path / "shared.fz").write_text("param k = 1\n")
-    (diagnostic,) = found(tmp_path, USE, "sharde.fz")
-    assert diagnostic.help == "did you mean 'shared.fz'?"
-
-
 def test_a_missing_file_in_a_folder_that_cannot_be_listed_is_a_diagnostic(tmp_path, monkeypatch):
     def refuse(*_):
         raise PermissionError
 
     monkeypatch.setattr(os, "listdir", refuse)
-    from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-
     with pytest.raises(DiagnosticError, match="no such file"):
-        read_source(tmp_path / "missing.fz")
+        load(tmp_path / "missing.fz")
     with pytest.raises(DiagnosticError, match="FZ001"):
-        read_source(tmp_path / ("a" * 300) / "missing.fz")
+        load(tmp_path / ("a" * 300) / "missing.fz")

@@ -6,12 +6,12 @@ read the difference.
 
 import os
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
 
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import look_through
+from fuzzyctl.testing import check_text
 from tests import sizes
 
 TABLE = Path(__file__).parent / "half_typed.txt"
@@ -25,11 +25,11 @@ CUTS = [(k, line[: m.end()]) for k, line in enumerate(LINES) for m in list(WORD.
 SOME = CUTS if sizes.LONG else CUTS[::7]
 
 
+@cache
 def errors(k, text):
     """The errors of the file with another text in one line, as (line, code, message)."""
     whole = "\n".join([*LINES[:k], text, *LINES[k + 1 :]]) + "\n"
-    found = look_through(SourceText("half.fz", whole))
-    return [(d.span.line, d.code, d.message) for d in found.reported(found.diagnostics) if d.severity == "error"]
+    return [(d.span.line, d.code, d.message) for d in check_text(whole)[1] if d.severity == "error"]
 
 
 def row(k, text):

@@ -7,7 +7,7 @@ import hypothesis.strategies as st
 from fuzzyctl import FuzzySystem
 from fuzzyctl.expr import Binary, Call, Name, Number
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, HEDGES, MEMBERSHIP, inverse_hedge
-from fuzzyctl.model.guarantee import Hedge
+from fuzzyctl.model.block import Hedge
 from fuzzyctl.model.method import MAXIMA, TSUKAMOTO, Activation, Defuzzifier, Method, Semantics
 from fuzzyctl.model.rule import And, Consequent, Is, Not, Or, Rule, RuleBlock
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term

@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.lang.syntax import RESERVED
-from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
+from fuzzyctl.model.block import Guarantee, Hedge, Param
 from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.variable import Hold, Membership
 from tests.properties.drawn_systems import OVER_RULES, antecedents, systems

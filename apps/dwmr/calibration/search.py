@@ -23,7 +23,7 @@ from dwmr.results.paper_tables import TABLE_12
 from dwmr.scenario.file import ScenarioFile, read
 from dwmr.simulation import simulate
 from dwmr.simulation.simulate import Trajectory
-from fuzzyctl.support.processes import interrupts_blocked
+from fuzzyctl.support.cores import interrupts_blocked
 
 LAWS = ("aifqsmc", "fcafsmc", "smc")
 ERRORS = ("x_e", "y_e", "theta_e")

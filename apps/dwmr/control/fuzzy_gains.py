@@ -363,7 +363,7 @@ def _not_covered(output: Any, verdict: Any, path: str) -> Diagnostic:
 
     needed = "a control law needs a number everywhere"
     if isinstance(verdict, Hole):
-        without = f"'else {output.otherwise}' is no number"
+        without = f"'else {output.otherwise}' is not a number"
         message = f"no rule fires for output '{output.name}' where {verdict}, and {without}"
         help_text = "let a term of the inputs reach there, or say 'else' with a number"
         return Diagnostic("FZ401", message, output.span, facts=(needed,), help=help_text, file=path)

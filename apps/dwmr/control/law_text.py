@@ -18,7 +18,7 @@ from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.loading.load import chosen, look_through
 from fuzzyctl.model.controller import Controller, Result
 from fuzzyctl.model.stateful_operators import OPERATORS
-from fuzzyctl.support.reading import read_source
+from fuzzyctl.support.shipped import read_source
 
 if TYPE_CHECKING:
     from dwmr.core.arrays import FloatArray
@@ -171,7 +171,7 @@ def _misfits(controller: Controller) -> Iterator[Diagnostic]:
     offered = f"the formation offers {', '.join(f'{name} [{unit}]' for name, unit in OFFERED.items())}"
     for signal in controller.inputs:
         if signal.name not in OFFERED:
-            message = f"input '{signal.name}' is nothing that the formation offers"
+            message = f"input '{signal.name}' is not a signal of the formation"
             yield Diagnostic(
                 "FZ905", message, signal.span, facts=(offered,), help=did_you_mean(signal.name, tuple(OFFERED))
             )

@@ -308,7 +308,7 @@ def numbers(text: str) -> tuple[int, ...]:
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
         if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
-            raise ValueError(f"{part.strip()!r} is no number of a figure; write such as 8,12 or 13-23")
+            raise ValueError(f"{part.strip()!r} is not the number of a figure; write such as 8,12 or 13-23")
         low, high = int(first), int(last) if dash else int(first)
         if low > high or low < drawn[0] or high > drawn[-1]:
             raise ValueError(f"only figures {drawn[0]} to {drawn[-1]} have counterparts")

@@ -13,7 +13,7 @@ from dwmr.core.arrays import FloatArray
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.support.numerals import to_number
+from fuzzyctl.support.shipped import to_number
 
 #: A path file beyond this is refused before it is read [bytes].
 LARGEST_PATH = 4 << 20
@@ -135,8 +135,8 @@ def _cells(
 
 def _fault(value: float | None) -> str:
     if value is None:
-        return "is no number"
-    return f"is beyond {LARGEST_VALUE:g}" if math.isfinite(value) else "is no finite number"
+        return "is not a number"
+    return f"is beyond {LARGEST_VALUE:g}" if math.isfinite(value) else "is not a finite number"
 
 
 def _number(text: str) -> float | None:

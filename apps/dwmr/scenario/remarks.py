@@ -67,9 +67,8 @@ def _rounded(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     run = scenario.run
     reached = run.steps * run.dt
     if abs(reached - run.horizon) > 1e-9 * run.horizon:
-        message = (
-            f"run.horizon = {run.horizon:g} s is no multiple of run.dt = {run.dt:g} s: the run ends at {reached:.6g} s"
-        )
+        message = f"run.horizon = {run.horizon:g} s is not a multiple of run.dt = {run.dt:g} s"
+        message += f": the run ends at {reached:.6g} s"
         yield places.diagnostic("FZ904", "run.horizon", message)
 
 

@@ -63,7 +63,7 @@ export async function linked(hash) {
   if (base64 === null) return null;
   const files = found.has("files") ? JSON.parse(await unpacked(found.get("files"))) : {};
   for (const [name, text] of Object.entries(files)) {
-    if (!inside(name) || typeof text !== "string") throw new TypeError(`'${name}' is no name of a file`);
+    if (!inside(name) || typeof text !== "string") throw new TypeError(`'${name}' is not the name of a file`);
   }
   return { name: found.get("name") || "linked.fz", text: await unpacked(base64), files };
 }

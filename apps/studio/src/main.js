@@ -256,7 +256,7 @@ async function drop(list) {
     try {
       texts[own] = new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer());
     } catch (error) {
-      return status(`${own} is not opened: ${error instanceof TypeError ? "it is no text in UTF-8" : error.message}`);
+      return status(`${own} is not opened: ${error instanceof TypeError ? "it is not text in UTF-8" : error.message}`);
     }
   }
   const notes = [];

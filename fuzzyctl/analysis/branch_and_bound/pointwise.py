@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from fuzzyctl.analysis import clock
+from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.branch_and_bound.boxed_system import surely_false, surely_true
 from fuzzyctl.analysis.branch_and_bound.queue import (
     FIRST,

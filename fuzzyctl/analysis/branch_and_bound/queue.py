@@ -8,7 +8,7 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from fuzzyctl.analysis import clock
+from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.analysis.sampling import with_signs
 from fuzzyctl.analysis.verdicts import Refuted, Undecided, Verdict, Witness

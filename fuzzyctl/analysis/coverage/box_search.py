@@ -10,9 +10,9 @@ from functools import cache, cached_property
 from itertools import pairwise, product
 from typing import Final
 
-from fuzzyctl.analysis.coverage.complete_rule_base import Conditions, halved
 from fuzzyctl.analysis.degrees import (
     CERTAIN,
+    Conditions,
     Truths,
     activation_in,
     always_acts,
@@ -21,6 +21,7 @@ from fuzzyctl.analysis.degrees import (
     degree_in,
     degrees_read,
     effect_in,
+    halved,
 )
 from fuzzyctl.analysis.work import COVERAGE, SPENT, SpentError, Work, sampling, units_of
 from fuzzyctl.expr import Name

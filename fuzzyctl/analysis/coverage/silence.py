@@ -26,9 +26,9 @@ from fuzzyctl.diagnostics.fixes import Fix, Replacement
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Call, Compare, Name
 from fuzzyctl.formulas import is_endless
-from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import HeldPlan, Otherwise, OutputPlan, Plan, plan
+from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.program import Program
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
@@ -122,7 +122,7 @@ def _nan_where_silent(output: OutputPlan, *, own: bool) -> OutputPlan:
 
 def _compiled(flat: Plan, program: Program) -> Callable[..., Any]:
     names = [i.name for i in flat.inputs]
-    return python_backend.compile_source(python_backend.evaluation_source(program), program, names)
+    return scalar.compile_source(scalar.evaluation_source(program), program, names)
 
 
 #: Points to go from: those of a grid where the rules fire least, and as many random ones.

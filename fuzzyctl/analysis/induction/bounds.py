@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from fuzzyctl.analysis import clock
+from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.bounds import SPENT, OutputBound
 from fuzzyctl.analysis.branch_and_bound.minimum import least
 from fuzzyctl.analysis.claims import ALWAYS, Bound, Claim, Every

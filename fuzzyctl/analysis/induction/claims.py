@@ -14,8 +14,8 @@ from fuzzyctl.expr import Compare, Expr, Name, Number, to_text
 from fuzzyctl.kernels.plan.equations import Equations
 from fuzzyctl.kernels.plan.expansion import equations_of
 from fuzzyctl.kernels.step_form import numeric
+from fuzzyctl.model.block import Bounds
 from fuzzyctl.model.controller import Controller, Result
-from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.records import record
 
 #: Prefix of the name of a state for its next value.

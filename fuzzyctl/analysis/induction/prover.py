@@ -10,7 +10,7 @@ from functools import cached_property, partial
 from itertools import product
 from typing import Final
 
-from fuzzyctl.analysis import clock
+from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.bounds import SPENT
 from fuzzyctl.analysis.branch_and_bound.pointwise import decide, holds_in
 from fuzzyctl.analysis.claims import Claim, bounds_in
@@ -22,8 +22,8 @@ from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Verd
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Number
 from fuzzyctl.kernels.plan.equations import DT
+from fuzzyctl.model.block import Bounds
 from fuzzyctl.model.controller import Controller
-from fuzzyctl.model.guarantee import Bounds
 
 #: Least and longest time between two steps that proofs begin with, for a controller without period [s].
 _TIMES: Final = (1e-30, FAR)

@@ -17,14 +17,14 @@ from typing import Final
 
 import numpy as np
 
-from fuzzyctl.analysis import clock
+from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.induction.step_model import ABSORBED, ANYTHING, Ends, StepModel, parted
 from fuzzyctl.analysis.work import SpentError
 from fuzzyctl.expr import Expr, Name, Number, names_in, walk
 from fuzzyctl.kernels.interval.narrowing import may_be_nan
 from fuzzyctl.kernels.interval.vector import Enclosure, constant
 from fuzzyctl.kernels.plan.equations import Equation
-from fuzzyctl.model.guarantee import Bounds
+from fuzzyctl.model.block import Bounds
 
 #: Steps before an end jumps; jumps by extrapolation; jumps before an end has none.
 _PATIENCE, _GUESSES, _JUMPS = 3, 4, 32

@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Final
 
-from fuzzyctl.analysis import clock
+from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.claims import Bound, Claim, Every, Some, Truth, bounds_in
 from fuzzyctl.analysis.induction.claims import NEXT, Claims, StepClaim
 from fuzzyctl.analysis.induction.step_model import FAR

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from fuzzyctl.analysis import clock
+from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.bounds import output_bounds
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System, grid_of_cells
 from fuzzyctl.analysis.claims import Bound, Truth, bounds_in

@@ -14,8 +14,8 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Expr, Name, names_in
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of
+from fuzzyctl.model.block import Param
 from fuzzyctl.model.controller import Controller, Signal
-from fuzzyctl.model.guarantee import Param
 
 
 def block_model(unit: Unit) -> Model:

@@ -12,7 +12,7 @@ from typing import Final
 
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.expr import evaluate
-from fuzzyctl.model.guarantee import Bounds
+from fuzzyctl.model.block import Bounds
 
 #: Communication step that is proposed where there is no period [s].
 USUAL_STEP: Final = 0.01

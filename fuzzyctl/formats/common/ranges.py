@@ -11,8 +11,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ZERO, Expr, ExprError, Number, evaluate, names_in
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formulas import MEMBERSHIP, is_endless, is_number
-from fuzzyctl.formulas.formula import between
-from fuzzyctl.formulas.shared import union
+from fuzzyctl.formulas.formula import between, union
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Membership, Term

@@ -26,7 +26,7 @@ from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleBlock
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Hold, LinguisticVariable, Term
 from fuzzyctl.resolve import resolve
-from fuzzyctl.support.numerals import TOO_LARGE, to_number
+from fuzzyctl.support.shipped import TOO_LARGE, to_number
 
 Meaning = TypeVar("Meaning")
 
@@ -55,7 +55,7 @@ class Translation(Findings):
         except ValueError:
             value = math.nan
         if math.isnan(value):
-            self.error("FZ601", f"'{span.text[:40]}' is no number", span)
+            self.error("FZ601", f"'{span.text[:40]}' is not a number", span)
             return None
         return Number(value, span=span)
 
@@ -162,7 +162,7 @@ class Translation(Findings):
         changed = [(old, new) for old, new in zip(_parts(system), _parts(named), strict=True) if old.name != new.name]
         if changed:
             (old, new), *others = changed
-            message = f"'{old.name[:60]}' is no name here; it is called '{new.name[:60]}'"
+            message = f"'{old.name[:60]}' is not a name here; it is called '{new.name[:60]}'"
             facts = tuple(f"'{o.name[:60]}' is called '{n.name[:60]}'" for o, n in others[:20])
             self.diagnostics.append(Diagnostic("FZ604", message, old.span, "hint", facts=facts, file=self.file))
         return named

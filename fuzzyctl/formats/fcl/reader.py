@@ -246,7 +246,7 @@ class _Translator:
         if (other.keyword.text.lower() not in joins) if from_last else len(joins) < 2:
             return
         effect = "the last one counts, and the other follows from it" if from_last else "both are taken as they are"
-        message = f"AND and OR are no pair by De Morgan's laws; here {effect}"
+        message = f"AND and OR are not a pair by De Morgan's laws; here {effect}"
         help_text = "the standard wants MIN and MAX, PROD and ASUM, or BDIF and BSUM; jFuzzyLogic takes the last one"
         self._scope.warning("FZ609", message, last.span, notes=(Note(other.span, "the other one"),), help=help_text)
 

@@ -177,7 +177,7 @@ class Scope(Translation):
             return None
         facts = (f"constants: {listed(self.params)}",) if self.params else ()
         help_text = did_you_mean(expr.name, [*self.params]) or help_text
-        self.error("FZ202", f"'{expr.name}' is no number and not declared", expr.span, facts=facts, help=help_text)
+        self.error("FZ202", f"'{expr.name}' is neither a number nor declared", expr.span, facts=facts, help=help_text)
         return None
 
     def value(self, expr: Expr) -> float | None:

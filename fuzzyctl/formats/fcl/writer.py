@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.diagnostics.transliterate import in_ascii
+from fuzzyctl.diagnostics.terminal import in_ascii
 from fuzzyctl.expr import (
     COMPARISONS,
     Call,

@@ -346,6 +346,6 @@ class _File:
             help_text = "write: DefuzzMethod='centroid', or Type='sugeno'"
             self.translation.error("FZ214", message, place, help=help_text)
         elif not is_weighted and self.type == "sugeno":
-            message = "this is a Sugeno system, whose consequents are no sets"
+            message = "this is a Sugeno system, whose consequents are not sets"
             self.translation.error("FZ214", message, place, help="write: DefuzzMethod='wtaver'")
         return self.profile.defuzzifier(kind)

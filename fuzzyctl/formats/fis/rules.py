@@ -119,7 +119,7 @@ def _codes(part: Span, translation: Translation) -> tuple[Code, ...] | None:
         text, span = match.group(), Span(part.source, match.start(), match.end())
         value = Decimal(text).normalize() if len(text) <= 20 and _DECIMAL.fullmatch(text) else None
         if value is None or abs(value) >= 10**6:
-            translation.error("FZ601", f"'{text[:20]}' is no number of a term", span, help=_FORM)
+            translation.error("FZ601", f"'{text[:20]}' is not the number of a term", span, help=_FORM)
             is_sound = False
         else:
             whole = int(abs(value))
@@ -163,7 +163,7 @@ class RuleReader:
             if c.number
         ]
         if not consequents:
-            message = "the rule names no output, so it has no effect"
+            message = "the rule does not name an output, so it has no effect"
             self.translation.warning("FZ603", message, rule.span, help="remove it")
             return
         antecedent = self._antecedent(rule)

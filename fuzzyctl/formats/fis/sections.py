@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.infix import Operator, SpanParser, tokens_of
 from fuzzyctl.formats.common.report import Findings, ParseError
-from fuzzyctl.support.numerals import TOO_LARGE
+from fuzzyctl.support.shipped import TOO_LARGE
 
 #: Closing quotes by their opening ones; word processors make the curly ones.
 _QUOTES: Final = {"'": "'", '"': '"', "\u2018": "\u2019", "\u201c": "\u201d"}
@@ -364,7 +364,7 @@ class _Vector(SpanParser[float]):
         if text in _NAMES:
             return _NAMES[text]
         if text != "(":
-            raise _mistake(f"'{place.text[:40]}' {'is not a number' if text == 'nan' else 'is no number'}", place)
+            raise _mistake(f"'{place.text[:40]}' is not a number", place)
         value = self._nested(0, place)
         if self._text() != ")":
             raise _mistake("a parenthesis is not closed", place)

@@ -150,7 +150,7 @@ def activation(line: Line | None, translation: Translation) -> Activation:
     comparison = rest[0].text if rest else ">"
     if comparison in _COMPARISONS:
         return Activation(kind=kind, comparison=comparison, threshold=last, span=line.value)
-    message = f"'{comparison[:20]}' is no comparison"
+    message = f"'{comparison[:20]}' is not a comparison"
     translation.error("FZ601", message, rest[0], help=f"one of {' '.join(_COMPARISONS)}")
     return Activation()
 

@@ -170,7 +170,7 @@ class _File:
             help_text = f"write: {block.head.span.text.strip(': ')}: NAME"
             self.translation.error("FZ212", "the variable has no name", block.head.span, help=help_text)
         elif name != text:
-            message = f"'{text[:60]}' is no name for rules; it becomes '{name[:60]}'"
+            message = f"'{text[:60]}' is not a name for rules; it becomes '{name[:60]}'"
             help_text = "names have no blanks and no parentheses"
             self.translation.warning("FZ604", message, block.head.value, help=help_text)
         return name

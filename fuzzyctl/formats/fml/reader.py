@@ -53,7 +53,7 @@ def read(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]:
     tags = (e.tag for e in _all(root) if e.name in SHAPE_NAMES)
     markup = Markup(source, draft=next((tag[0].isupper() for tag in tags), False))
     if root.name not in _ROOTS:
-        message = f"the document is <{root.tag}>, not <fuzzySystem>, so it is no FML"
+        message = f"the document is <{root.tag}>, not <fuzzySystem>, so it is not FML"
         markup.error("FZ004", message, root.span, help="FML of IEEE 1855 begins with <fuzzySystem name=...>")
         return None, markup.diagnostics
     markup.check_parts(root, ("name",), ("knowledgebase", *_RULE_BASES, "inferenceengine"))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from fuzzyctl.expr import Call, Expr, Name
-from fuzzyctl.model.guarantee import Hedge
+from fuzzyctl.model.block import Hedge
 
 #: Methods for AND and for activation; the schema calls two of them as their conorms.
 CONJUNCTION_WORDS: Final[dict[str, str]] = {

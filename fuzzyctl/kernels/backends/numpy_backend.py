@@ -11,7 +11,6 @@ import numpy.typing as npt
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.kernels.backends import blocks, numpy_integrals
-from fuzzyctl.kernels.backends.python_backend import point_text
 from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, PRIMITIVES, block, set_functions, text
 from fuzzyctl.kernels.program.program import (
     STATE,
@@ -21,7 +20,7 @@ from fuzzyctl.kernels.program.program import (
     Program,
     Quadrature,
 )
-from fuzzyctl.kernels.program.scalar import execute_all
+from fuzzyctl.kernels.program.scalar import execute_all, point_text
 from fuzzyctl.kernels.program.traversal import locals_of, parts, read, reads, writes
 
 FloatArray = npt.NDArray[np.float64]

@@ -21,8 +21,7 @@ from fuzzyctl.expr import (
     walk,
 )
 from fuzzyctl.formulas import IMPLICATIONS, aggregation
-from fuzzyctl.kernels.inference.activations import acting, merged
-from fuzzyctl.kernels.inference.defuzzify.defuzzify import Activation, defuzzify
+from fuzzyctl.kernels.inference.defuzzify.defuzzify import Activation, acting, defuzzify, merged
 from fuzzyctl.kernels.plan.build import (
     ITSELF,
     ImpliedPlan,

@@ -20,8 +20,8 @@ from fuzzyctl.formulas import (
     formula_of,
     is_monotone,
 )
+from fuzzyctl.formulas.formula import is_infinite
 from fuzzyctl.formulas.inverse import solved
-from fuzzyctl.formulas.shared import is_infinite
 from fuzzyctl.kernels.plan.clauses import Antecedents, Conclusions, term_of_input, term_of_output
 from fuzzyctl.kernels.plan.plan import (
     ActivationPlan,
@@ -43,11 +43,10 @@ from fuzzyctl.kernels.plan.plan import (
 )
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
 from fuzzyctl.kernels.plan.traced import guarded, number_of, over_inputs
-from fuzzyctl.model.checks.methods import misfitting_semantics
+from fuzzyctl.model.checks.checks import misfitting_semantics
 from fuzzyctl.model.method import MAXIMA, OVER_MIDDLES, Activation
-from fuzzyctl.model.output_dependencies import comparisons_that_wait, ordered_lets, reads_of
 from fuzzyctl.model.rule import Rule
-from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.system import FuzzySystem, comparisons_that_wait, ordered_lets, reads_of
 from fuzzyctl.model.variable import Hold, Input, Let, LinguisticVariable, Output, Term
 
 

@@ -35,10 +35,9 @@ from fuzzyctl.kernels.plan.plan import ChainPlan, DegreePlan, ImpliedPlan, chain
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
 from fuzzyctl.kernels.plan.traced import constants_of, guarded, is_free, number_of, over_inputs, require_known
 from fuzzyctl.kernels.program.builder import DEEPEST, depth
-from fuzzyctl.model.guarantee import Hedge
-from fuzzyctl.model.output_dependencies import ordered_lets
+from fuzzyctl.model.block import Hedge
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
-from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.system import FuzzySystem, ordered_lets
 from fuzzyctl.model.variable import Membership, Output, Term
 
 

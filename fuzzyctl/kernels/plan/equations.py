@@ -9,7 +9,7 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, names_in
-from fuzzyctl.model.guarantee import Bounds
+from fuzzyctl.model.block import Bounds
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import record
 

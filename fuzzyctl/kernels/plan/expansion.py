@@ -30,9 +30,9 @@ from fuzzyctl.expr import (
 from fuzzyctl.kernels.plan.build import OutputPlan, plan
 from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation, KeptState, ordered
 from fuzzyctl.kernels.plan.free import FreeNumber, free_names
+from fuzzyctl.model.block import Bounds, Param
 from fuzzyctl.model.checks.checks import unused_params
 from fuzzyctl.model.controller import Controller, Definition, Function, Result
-from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem

@@ -26,8 +26,8 @@ from fuzzyctl.expr import (
     walk,
 )
 from fuzzyctl.formulas import Vertex, formula_of, held
+from fuzzyctl.formulas.formula import is_infinite
 from fuzzyctl.formulas.inverse import solved
-from fuzzyctl.formulas.shared import is_infinite
 from fuzzyctl.kernels.plan.traced import is_free
 from fuzzyctl.kernels.program.builder import Builder, clip
 from fuzzyctl.kernels.program.program import Item, Place

@@ -26,13 +26,12 @@ from fuzzyctl.expr import (
     span_of,
     walk,
 )
+from fuzzyctl.model.block import FINITE, Bounds, Param, ParamCycleError, ParamValues
 from fuzzyctl.model.checks.parameters import constants, quotients
 from fuzzyctl.model.checks.terms import inside, outside_ranges
 from fuzzyctl.model.controller import Definition, EquationBlock, Instance, Result, Signal
 from fuzzyctl.model.forms import bound, pairs_of
-from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.loop import MEASURES, SIGNALS, Loop
-from fuzzyctl.model.params import FINITE, ParamCycleError, ParamValues
 from fuzzyctl.model.plant import PLANT_FUNCTIONS, Plant
 from fuzzyctl.model.shared_params import with_values
 from fuzzyctl.model.system import FuzzySystem

@@ -28,8 +28,8 @@ from fuzzyctl.expr import (
     walk,
 )
 from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.block import ParamCycleError
 from fuzzyctl.model.computed_numbers import Numbers, Shape, parameters
-from fuzzyctl.model.params import ParamCycleError
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import ANYWHERE, Hold, LinguisticVariable, Membership
 

@@ -13,12 +13,11 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Binary, Expr, Keyword, Name, Number, names_in, replace_names, span_of, walk
 from fuzzyctl.formulas import MEMBERSHIP, exact_maxima_possible, is_monotone, is_number
 from fuzzyctl.formulas.inverse import solved
+from fuzzyctl.model.block import Bounds, ParamValues
 from fuzzyctl.model.checks.partitions import spoilt_partitions
 from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.controller import EquationBlock, Instance
-from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.model.method import DEFUZZIFIERS, MAXIMA, TSUKAMOTO, Defuzzifier
-from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 from fuzzyctl.records import record
@@ -113,7 +112,7 @@ def _without_sets(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
     for term in output.terms:
         kind = term.membership.kind
         if kind not in MEMBERSHIP or not MEMBERSHIP[kind].fuzzy:
-            what = "is a formula" if kind == "formula" else "is no set"
+            what = "is a formula" if kind == "formula" else "is not a set"
             message = f"term '{term.name}' of '{output.name}' {what}, and '{method.kind}' takes its degrees"
             help_text = _BY_POINTS if kind == "formula" else BY_AVERAGE
             yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)

@@ -230,7 +230,7 @@ class TestCoverage:
         folder = edited(tmp_path, "ais_reaction.fz", *self.HOLE, ("[-1, f_max]", f"[-1, f_max] else {word}"))
         one = refusal(lambda: rules(folder=folder).prove_reaction("leader", "v", None, None))
         assert one.code == "FZ401"
-        assert f"'else {word}' is no number" in one.message
+        assert f"'else {word}' is not a number" in one.message
 
     @pytest.mark.parametrize("word", ["", " else nan"])
     def test_coverage_that_is_not_decided_is_refused(self, tmp_path, monkeypatch, word):

@@ -24,11 +24,11 @@ class TestReadRows:
     @pytest.mark.parametrize(
         ("text", "place", "words"),
         [
-            ("t,x,y\n0,0,0\n1,nan,0\n", "way.csv:3:3", "column x: nan is no finite number"),
-            ("t,x,y\n0,0,0\n1,0,-inf\n", "way.csv:3:5", "column y: -inf is no finite number"),
+            ("t,x,y\n0,0,0\n1,nan,0\n", "way.csv:3:3", "column x: nan is not a finite number"),
+            ("t,x,y\n0,0,0\n1,0,-inf\n", "way.csv:3:5", "column y: -inf is not a finite number"),
             ("t,x,y\n0,0,0\n1,2e9,0\n", "way.csv:3:3", "column x: 2e9 is beyond 1e+09"),
-            ("t,x,y\n0,0,zero\n", "way.csv:2:5", "column y: zero is no number"),
-            ("t,x,y\n0,1_0,0\n", "way.csv:2:3", "column x: 1_0 is no number"),
+            ("t,x,y\n0,0,zero\n", "way.csv:2:5", "column y: zero is not a number"),
+            ("t,x,y\n0,1_0,0\n", "way.csv:2:3", "column x: 1_0 is not a number"),
             ("t,x,y\n0,,0\n", "way.csv:2:3", "column x is empty"),
             ("x,t,y\n0,1,0\n1,1,0\n", "way.csv:3:3", "1 comes after 1; times must increase"),
             ("t,x,y\n0,0,0\n5,1,0\n4,2,0\n", "way.csv:4:1", "4 comes after 5; times must increase"),

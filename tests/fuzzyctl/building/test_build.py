@@ -1,17 +1,21 @@
 import re
+from dataclasses import replace
 from math import inf, nan
 
 import numpy as np
 import pytest
 
-from fuzzyctl import compile
-from fuzzyctl.building import build, fragments
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, DiagnosticError, ValueOutOfBoundsError
+from fuzzyctl import (
+    ArgumentError,
+    DiagnosticError,
+    ValueOutOfBoundsError,
+    build,
+    compile,
+    dumps,
+    load,
+    loads,
+)
 from fuzzyctl.expr import span_of, walk
-from fuzzyctl.formats.fz import dumps
-from fuzzyctl.loading.load import load, loads
-from fuzzyctl.model.rule import Consequent, Is, Rule
-from fuzzyctl.support.shipped import rules_folder
 
 
 def tipper(**changes):
@@ -55,12 +59,9 @@ table tip = service x food
   excellent | fair  30
 """
         assert tipper()(service=7, food=2) == loads(text)(service=7, food=2)
-        assert loads(dumps(tipper()))(service=7, food=2) == loads(text)(service=7, food=2)
-
-    def test_it_prints_as_a_rule_file_that_reads_back(self):
         once = loads(dumps(tipper()))
+        assert once(service=7, food=2) == loads(text)(service=7, food=2)
         assert loads(dumps(once)) == once
-        assert [t.name for t in once.inputs[0].terms] == ["poor", "good", "excellent"]
 
     def test_the_paper_s_function_can_be_built(self):
         peaks = {"NB": -1, "NM": -0.66, "NS": -0.33, "ZO": 0, "PS": 0.09, "PM": "f_max"}
@@ -84,7 +85,7 @@ table tip = service x food
             conjunction="product",
             defuzzifier="center_average",
         )
-        shipped = load(rules_folder() / "ais_reaction.fz")
+        shipped = load("ais_reaction")
         for point in ((0.01, -0.2), (0.0, 0.0), (-0.02, 0.4)):
             values = dict(zip(("sigma", "dsigma"), point, strict=True))
             assert system(**values) == pytest.approx(shipped(**values), abs=1e-15)
@@ -116,7 +117,7 @@ class TestMistakes:
     def test_texts_that_are_no_rules_or_expressions_are_refused(self):
         with pytest.raises(DiagnosticError, match="FZ102"):
             build.rule("if x is then y")
-        with pytest.raises(ArgumentError, match="is no rule"):
+        with pytest.raises(ArgumentError, match="is not a rule"):
             build.rule("param a = 1")
         with pytest.raises(DiagnosticError):
             build.expression("1 +")
@@ -155,15 +156,6 @@ class TestTexts:
         assert system(x=1, mode=1) == 2.5
         assert system(x=1, mode=0.5) == pytest.approx((0.5 * 0.5 * 3 + 0.5 * 2.5) / (0.25 + 0.5))
 
-    def test_rows_may_hold_functions_as_texts(self):
-        table = build.rule_table(
-            "u", "x", {"L": "linear(1, 2, 3) 0.25", "H": ["B*0.5", None]}, "mode", headers="slow fast"
-        )
-        system = self.system([table])
-        assert system(x=0, mode=0) == 3.0
-        assert system(x=0, mode=1) == 0.25
-        assert system(x=1, mode=1) == 0.0
-
     def test_hedges_and_guarantees_may_be_texts(self):
         rules = ["if x is sharply H then u is B", "if x is not sharply H then u is A"]
         system = self.system(rules, hedges={"sharply": "x ^ 4"}, guarantees=["u >= 0 within 1e-9"])
@@ -201,9 +193,6 @@ class TestTheSameChecksAsAFile:
     def test_words_of_the_language_name_no_variables(self):
         assert self.codes(variables=[X, U, build.input_variable("inf", 0, 1, build.partition("N P"))]) == ["FZ201"]
 
-    def test_the_same_variable_twice_is_found(self):
-        assert "FZ201" in self.codes(variables=[X, X, U])
-
     @pytest.mark.parametrize(
         ("rows", "headers", "code"),
         [
@@ -223,16 +212,14 @@ class TestTheSameChecksAsAFile:
     def test_membership_functions_are_those_there_are(self, spec, code):
         assert self.codes(variables=[build.input_variable("x", 0, 1, {"L": spec, "H": 0}), U])[0] == code
 
-    def test_norms_are_those_there_are(self):
-        assert self.codes(conjunction="prod") == ["FZ213"]
-
     def test_a_near_name_is_suggested(self):
         with pytest.raises(DiagnosticError, match=r"did you mean 'A'"):
             build.system("s", [X, U], ["if x is L then u is AA"], defuzzifier="weighted_average")
 
     def test_a_rule_made_by_hand_cannot_smuggle_statements_in(self):
+        rule = build.rule("if x is L then u is A")
         for term in ("A weight 0.5", "A\nparam q = 1"):
-            smuggler = Rule(antecedent=Is(variable="x", term="L"), consequents=(Consequent(output="u", term=term),))
+            smuggler = replace(rule, consequents=(replace(rule.consequents[0], term=term),))
             assert self.codes(rules=[smuggler]) == ["FZ102"]
 
 
@@ -269,12 +256,8 @@ class TestFragments:
         assert self.output(otherwise=build.Hold(start="k / 2")) == self.output(otherwise="hold(k / 2)")
         assert self.output(otherwise=build.Hold()) == self.output(otherwise=" hold ")
         assert self.output(otherwise="hold(0.2)").otherwise.start == build.expression(0.2)
-        with pytest.raises(ArgumentError, match=r"is no value for 'otherwise'; the form is: hold\(START\)"):
+        with pytest.raises(ArgumentError, match=r"is not a value for 'otherwise'; the form is: hold\(START\)"):
             self.output(otherwise="hold(0.2) adaptive rate (1)")
-
-    def test_otherwise_takes_words_and_expressions_without_parentheses(self):
-        assert self.output(otherwise=" nan ").otherwise == "nan"
-        assert self.output(otherwise="k + 1").otherwise == build.expression("k + 1")
 
     def test_what_is_held_goes_on_in_the_order_of_rows(self):
         gap = {"L": "triangle(-inf, 0, 0.1)", "H": "triangle(0.9, 1, inf)"}
@@ -282,7 +265,7 @@ class TestFragments:
         rules = ["if x is L then u is A", "if x is H then u is B"]
         system = build.system("s", [build.input_variable("x", 0, 1, gap), held], rules, defuzzifier="weighted_average")
         points = np.array([0.5, 1.0, 0.5, 0.0, 0.5, 1.0])
-        for backend in ("numba", "numpy", "python"):
+        for backend in ("numpy", "python"):
             kernel = compile(system, backend)
             assert kernel.run(points)[0].tolist() == [0.5, 1, 1, 0, 0, 1]
             assert kernel.run(points[::-1])[0].tolist() == [1, 1, 0, 0, 1, 1]
@@ -311,7 +294,7 @@ class TestFragments:
         y = build.output_variable("u", 0, 1, {"A": "triangle(0, 0.5, 1)"}, otherwise=0)
         system = build.system("s", [X, y], ["if x is L then u is A"], defuzzifier="centroid(resolution=10)")
         assert system.method.defuzzifier.resolution == 10
-        with pytest.raises(DiagnosticError, match="resolution = 0 is no whole number"):
+        with pytest.raises(DiagnosticError, match="resolution = 0 is not a whole number"):
             self.built(defuzzifier="centroid(resolution=0)")
 
     def test_terms_take_keywords_and_a_height(self):
@@ -349,11 +332,11 @@ class TestFragments:
         assert all(span_of(part) is None for e in given for part in walk(e))
 
     def test_a_comment_hides_nothing(self):
-        with pytest.raises(ArgumentError, match="is no condition"):
+        with pytest.raises(ArgumentError, match="is not a condition"):
             build.rule_table("u", "x", {"L": "A"}, condition="x is L then u is A #")
 
     def test_what_cannot_be_printed_is_refused_in_words_that_can(self):
-        with pytest.raises(ArgumentError, match="is no expression") as error:
+        with pytest.raises(ArgumentError, match="is not an expression") as error:
             build.expression("k \ud800")
         assert str(error.value).encode()
 
@@ -364,16 +347,15 @@ class TestFragments:
             build.system("s", [X, self.output(aggregation="max ")], ["if x is L then u is A"])
 
 
-class TestRepairsOfFragments:
-    @pytest.mark.parametrize(
-        ("parse", "text", "repaired"),
-        [
-            (fragments.membership, "gaussmf(10, 50)", "gaussian(50, 10)"),
-            (fragments.guarantee, "u = 1", "u == 1"),
-            (fragments.antecedent, "a IS b && c is d", "a is b and c is d"),
-        ],
-    )
-    def test_show_the_fragment_alone(self, parse, text, repaired):
-        with pytest.raises(DiagnosticError) as caught:
-            parse(text)
-        assert [d.help for d in caught.value.diagnostics] == [f"write: {repaired}"]
+@pytest.mark.parametrize(
+    ("call", "repaired"),
+    [
+        (lambda: build.input_variable("x", 0, 1, {"A": "gaussmf(10, 50)"}), "gaussian(50, 10)"),
+        (lambda: TestFragments().built(guarantees=["u = 1"]), "u == 1"),
+        (lambda: build.rule_table("u", "x", {"L": "A"}, condition="a IS b && c is d"), "a is b and c is d"),
+    ],
+)
+def test_repairs_show_the_fragment_alone(call, repaired):
+    with pytest.raises(DiagnosticError) as caught:
+        call()
+    assert [d.help for d in caught.value.diagnostics] == [f"write: {repaired}"]

@@ -220,7 +220,7 @@ class TestController:
             ("K=0", "param 'K' is 0, outside of (0, 10]"),
             ("K=5", "the start of state 's' is 1.25, outside of [0, 1]"),
             ("k=1", "no param 'k'"),
-            ("K=x", "param 'K' is no number: 'x'"),
+            ("K=x", "param 'K' is not a number: 'x'"),
         ],
     )
     def test_params_that_it_cannot_take_are_refused(self, run, file, tmp_path, setting, message):

@@ -100,7 +100,7 @@ class TestEval:
         ("words", "message"),
         [
             (["--block", "count", "a=1", "dt=1", "--state", "m=1"], "no state 'm'"),
-            (["--block", "count", "a=1", "dt=1", "--state", "n=nan"], "state 'n' is no number: 'nan'"),
+            (["--block", "count", "a=1", "dt=1", "--state", "n=nan"], "state 'n' is not a number: 'nan'"),
             (["--block", "first", "a=1", "b=1", "--state", "m=1"], "the block has no state"),
             (["--block", "count", "dt=1"], "input 'a' has no value"),
             (["--block", "count", "a=1"], "'dt' has no value"),

@@ -44,7 +44,12 @@ class TestPoint:
     def test_all_mistakes_are_named(self):
         result = run(AIS, "sgma=1", "dsigma=a", "x")
         assert result.exit_code == 2
-        for part in ("no input 'sgma'", "did you mean 'sigma'", "'dsigma' is no number: 'a'", "'x' is not of the form"):
+        for part in (
+            "no input 'sgma'",
+            "did you mean 'sigma'",
+            "'dsigma' is not a number: 'a'",
+            "'x' is not of the form",
+        ):
             assert part in result.output
 
     def test_a_decimal_comma_is_shown_as_a_point(self):
@@ -150,13 +155,13 @@ class TestPoints:
         ("stdin", "part"),
         [
             ("food;service\n1;2\n", "not separated by commas"),
-            ("food,service\n1,1e400\n", "'1e400' in column 'service' is no number"),
+            ("food,service\n1,1e400\n", "'1e400' in column 'service' is not a number"),
             ("", "no header line"),
             ("food\n1\n", "no column 'service'"),
             ("food,servce\n1,2\n", "is 'servce' meant?"),
             ("food,food,service\n1,2,3\n", "2 columns 'food'"),
             ("food,service,tip\n1,2,3\n", "already has a column 'tip'"),
-            ("food,service\n1,2\n\n1,x\n", "<stdin>:4: error[FZ505]: 'x' in column 'service' is no number"),
+            ("food,service\n1,2\n\n1,x\n", "<stdin>:4: error[FZ505]: 'x' in column 'service' is not a number"),
             ("food,service\n1\n", "the row has 1 cell for 2 columns"),
         ],
     )

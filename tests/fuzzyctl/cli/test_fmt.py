@@ -63,7 +63,7 @@ class TestDiff:
         assert untidy.read_text() == before
 
     def test_a_terminal_shows_it_in_colour(self, untidy, monkeypatch):
-        monkeypatch.setattr("fuzzyctl.cli.streams.use_color", lambda stream: True)
+        monkeypatch.setattr("fuzzyctl.cli.main.use_color", lambda stream: True)
         shown = run("--diff", untidy, color=True).stdout
         assert "\x1b[31m-N|  N  Z\x1b[0m\n\x1b[32m+  N |  N  Z\x1b[0m\n" in shown
         assert "\x1b[36m@@" in shown

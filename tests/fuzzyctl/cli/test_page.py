@@ -18,8 +18,7 @@ from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.page.systems import decided
-from fuzzyctl.support.reading import read_source
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.support.shipped import read_source, rules_folder
 from tests.commands import runner
 from tests.shipped import LAWS, SYSTEMS
 

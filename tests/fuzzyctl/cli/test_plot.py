@@ -54,7 +54,7 @@ class TestPlotSurface:
             (["-o", "a.jpg"], "no picture format '.jpg'"),
             (["-o", "no/such/folder/a.png"], "there is no folder"),
             (["-o", "a" * 300 + "/x.png"], "there is no folder"),
-            (["-x", "food", "--at", "service=nan"], "no number to draw at"),
+            (["-x", "food", "--at", "service=nan"], "not a number to draw at"),
             (["-x", "food", "-y", "food"], "both axes"),
         ],
     )

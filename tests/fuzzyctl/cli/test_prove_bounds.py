@@ -151,7 +151,7 @@ def test_json_is_complete_wherever_the_time_ends(step, tmp_path, monkeypatch):
     path = tmp_path / "s.fz"
     path.write_text(BELLS, encoding="utf-8")
     clock = itertools.count(step=step)
-    monkeypatch.setattr("fuzzyctl.analysis.clock.used", lambda: next(clock))
+    monkeypatch.setattr("fuzzyctl.analysis.work.used", lambda: next(clock))
     result = run(path, "--timeout", "0.5", "--format", "json")
     assert result.exit_code == 0, result.output
     data = json.loads(result.stdout, parse_constant=lambda name: pytest.fail(f"JSON knows no {name}"))
@@ -227,7 +227,7 @@ def test_reading_is_part_of_the_time_of_a_controller(tmp_path, monkeypatch):
     path = tmp_path / "c.fz"
     path.write_text("controller c\ninput x in [-1, 1]\noutput y = x\n", encoding="utf-8")
     clock = iter([10.0, 12.5])
-    monkeypatch.setattr("fuzzyctl.analysis.clock.used", lambda: next(clock))
+    monkeypatch.setattr("fuzzyctl.analysis.work.used", lambda: next(clock))
     times = []
     monkeypatch.setattr("fuzzyctl.analysis.induction.bounds.controller_bounds", lambda _, t: times.append(t) or {})
     run(path)

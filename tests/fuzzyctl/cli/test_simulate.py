@@ -130,7 +130,7 @@ class TestText:
             ("law.k=4", 2, "FZ502", "did you mean 'law.K'?"),
             ("law.K=40", 1, "FZ302", "param 'law.K' is 40, outside of (0, 10]"),
             ("law.K=40", 1, "FZ302", "give --set another value"),
-            ("law.K=high", 2, "FZ503", "param 'law.K' is no number"),
+            ("law.K=high", 2, "FZ503", "param 'law.K' is not a number"),
         ],
     )
     def test_a_setting_that_does_not_fit_is_a_mistake(self, small, setting, exit_code, code, text):

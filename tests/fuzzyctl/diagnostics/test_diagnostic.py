@@ -6,24 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzyctl.diagnostics.diagnostic import (
-    Diagnostic,
-    DiagnosticError,
-    Note,
-    UnknownNameError,
-    ValueOutOfBoundsError,
-    render,
-    render_all,
-    wrapped,
-)
-from fuzzyctl.diagnostics.other_tools_words import PEER_REMARKS, PEER_WORDS
+from fuzzyctl import DiagnosticError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note, render, render_all, wrapped
 from fuzzyctl.diagnostics.source import SourceText, Span
-from fuzzyctl.diagnostics.suggestions import closest, did_you_mean, look_alikes
-from fuzzyctl.expr import FUNCTIONS
-from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
-from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
-from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS
-from fuzzyctl.resolve.context import CLAIM_FUNCTIONS
+from fuzzyctl.testing import check_text
 from tests.effort import at_most
 
 SOURCE = SourceText("a.fz", "one\nNS |  NM  NG  ZO\nthree\n")
@@ -129,9 +115,12 @@ class TestRenderAll:
 
 
 class TestDiagnostic:
-    def test_it_is_plain_data_for_json(self):
-        data = json.loads(json.dumps(Diagnostic("FZ203", "m", PLACE).as_dict()))
-        assert (data["file"], data["line"], data["column"], data["end_column"]) == ("a.fz", 2, 11, 13)
+    def test_it_is_plain_data_for_json_with_lines_and_columns_from_one(self):
+        found = next(d for d in check_text("system t\nparam k = = 1\n")[1] if d.fix)
+        data = json.loads(json.dumps(found.as_dict()))
+        place = {"line": 2, "column": 11, "end_line": 2, "end_column": 12}
+        assert {key: data[key] for key in ("file", *place)} == {"file": "<text>"} | place
+        assert data["fix"] == {"applicability": "sure", "edits": [place | {"column": 10, "text": ""}]}
 
     def test_an_unknown_code_is_refused(self):
         with pytest.raises(KeyError):
@@ -144,24 +133,6 @@ class TestDiagnostic:
         assert str(found) == render(found)
         assert "= help: use 'NB'" in f"{found}"
         assert repr(Diagnostic("FZ203", "x", severity="hint")) == "Diagnostic(hint[FZ203]: x)"
-
-
-class TestClosest:
-    @pytest.mark.parametrize(("name", "best"), [("NG", "NB"), ("sytem", "system"), ("SYSTEM", "system"), ("qqq", None)])
-    def test_it_finds_what_was_meant(self, name, best):
-        assert closest(name, ["NB", "system", "table"]) == best
-
-
-class TestLookAlikes:
-    def test_letters_of_other_alphabets_are_named(self):
-        assert look_alikes("іnput") == (
-            "'і' in it is U+0456 (CYRILLIC SMALL LETTER BYELORUSSIAN-UKRAINIAN I), which looks like 'i'",
-        )
-        assert look_alikes("σ_ω") == ()
-
-    def test_what_they_look_like_is_what_was_meant(self):
-        assert closest("ＮＢ", ["PB", "NB"]) == "NB"
-        assert closest("ΝΒ", ["PB", "NB"]) == "NB"
 
 
 class TestExceptions:
@@ -184,61 +155,20 @@ class TestExceptions:
         assert str(ValueOutOfBoundsError("mass", -1, "> 0", "kg")) == "mass must be > 0 kg, got -1"
 
 
-class TestManyNames:
-    names = tuple(f"term_{i}" for i in range(1000))
+class TestSuggestions:
+    """Those for single words are in tests/golden/mistakes/words.txt."""
 
-    @pytest.mark.parametrize("slip", ["term_77x", "tem_777", "trem_777", "terM_777", "term_777"])
-    def test_among_a_thousand_names_one_slip_is_found(self, slip):
-        assert closest(slip, self.names) in {"term_777", "term_77"}
+    def suggested(self, *names):
+        terms = " ".join(f"term_{i}" for i in range(1000))
+        head = f"system s\ninput x in [0, 1]\n  terms {terms}\noutput y in [0, 1] else 0\n  terms a b\n"
+        found = check_text(head + "".join(f"if x is {name} then y is a\n" for name in names))[1]
+        return [d.help for d in found if d.code == "FZ203"]
 
-    def test_two_slips_are_not(self):
-        assert closest("ter777", self.names) is None
+    def test_among_a_thousand_names_one_slip_is_found_and_two_are_not(self):
+        helps = self.suggested("term_77x", "tem_777", "trem_777", "terM_777", "ter777")
+        assert [text.removeprefix("did you mean 'term_77") for text in helps[:4]] == ["'?", "7'?", "7'?", "7'?"]
+        assert helps[4] == ""
 
-    def test_thousands_of_slips_take_no_seconds(self):
-        with at_most(1):
-            for i in range(3000):
-                closest(f"term_{i % 1000}q", self.names)
-
-
-class TestPeerWords:
-    @pytest.mark.parametrize(
-        ("word", "known", "ours"),
-        [
-            ("trapmf", MEMBERSHIP, "trapezoid"),
-            ("Binary", MEMBERSHIP, "rectangle"),
-            ("SShape", MEMBERSHIP, "s_shape"),
-            ("algebraic_product", CONJUNCTIONS, "product"),
-            ("AlgebraicSum", DISJUNCTIONS, "probabilistic_sum"),
-            ("lukasiewicz", DISJUNCTIONS, "bounded_sum"),
-            ("cog", DEFUZZIFIERS, "centroid"),
-            ("MeanOfMaximum", DEFUZZIFIERS, "mom"),
-            ("RM", DEFUZZIFIERS, "lom"),
-            ("best", ACTIVATIONS, "highest"),
-            ("height", DEFUZZIFIERS, "center_average"),
-            ("CenterOfSums", DEFUZZIFIERS, "centroid"),
-            ("coa", DEFUZZIFIERS, "centroid"),
-            ("trap", MEMBERSHIP, "trapezoid"),
-            ("mamdani", CONJUNCTIONS, "min"),
-            ("larsen", CONJUNCTIONS, "product"),
-            ("ln", FUNCTIONS, "log"),
-            ("cbrt", FUNCTIONS, None),
-            ("sqr", FUNCTIONS, None),
-        ],
-    )
-    def test_what_other_tools_call_it_comes_first(self, word, known, ours):
-        assert closest(word, known) == ours
-
-    def test_a_name_of_the_file_is_not_taken_for_one(self):
-        assert closest("cog", ["cof", "centroid"]) == "centroid"
-        assert closest("mom", ["mom", "mon"]) == "mom"
-        assert closest("height", ["heights", "width"]) == "heights"
-
-    def test_every_word_means_something_of_the_language(self):
-        words = {*MEMBERSHIP, *CONJUNCTIONS, *AGGREGATIONS, *DEFUZZIFIERS, *ACTIVATIONS, *STATEMENT_KEYWORDS}
-        words |= {*FUNCTIONS, *CLAIM_FUNCTIONS, "where"}
-        assert {w for meant in PEER_WORDS.values() for w in meant} <= words
-        assert all(word == word.casefold() and "_" not in word for word in PEER_WORDS)
-
-    def test_what_must_go_with_a_word_is_said(self):
-        assert "'aggregation sum'" in did_you_mean("center_of_sums", DEFUZZIFIERS)
-        assert all(PEER_WORDS[word] for word in PEER_REMARKS)
+    def test_hundreds_of_slips_take_no_seconds(self):
+        with at_most(3):
+            self.suggested(*(f"term_{i}q" for i in range(400)))

@@ -6,7 +6,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl.display.display import line
-from fuzzyctl.model.node import Node
+from fuzzyctl.model.block import Node
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support.shipped import rules_folder
 from tests.shipped import SYSTEMS

@@ -2,7 +2,7 @@ import pytest
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.editor.document import Document
-from fuzzyctl.support.reading import overlaid, read_source
+from fuzzyctl.support.shipped import overlaid, read_source
 
 USER = 'system t\ndefuzzifier center_average\nuse "shared.fz"\noutput tip in [0, 1] else 0\n  terms small=0 large=1\n'
 USER += "if service is poor then tip is small\nif service is good then tip is large\n"

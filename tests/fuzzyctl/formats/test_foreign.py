@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import FORMATS, SUFFIXES, format_of
 from fuzzyctl.loading.load import decode, examine_all, load, load_all, loads
-from fuzzyctl.support.reading import FOREIGN, MAX_BYTES
+from fuzzyctl.support.shipped import FOREIGN, MAX_BYTES
 from tests.fuzzyctl.formats.one_term import FLL
 
 TIPPER = (Path(__file__).parent / "samples" / "tipper.fis").read_text(encoding="utf-8")

@@ -1,16 +1,16 @@
-"""Norms keep their laws."""
+"""Norms and hedges keep their laws."""
 
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.expr import Name
+from fuzzyctl.expr import Name, Number
 from fuzzyctl.formulas import (
     AGGREGATIONS,
     CONJUNCTIONS,
     DISJUNCTIONS,
+    HEDGES,
     IMPLICATIONS,
-    exact_centroid_possible,
 )
 from fuzzyctl.kernels.program.scalar import scalar_function
 from tests.reference import formulas as reference
@@ -55,13 +55,6 @@ class TestNorms:
         assert s(a, low) <= s(a, high) + 4.5e-16
         assert max(a, b) - 2.3e-16 <= s(a, b) <= 1
 
-    @pytest.mark.parametrize("name", CONJUNCTIONS)
-    @QUICK
-    @given(a=st.integers(0, 16), b=st.integers(0, 16), c=st.integers(0, 16))
-    def test_a_t_norm_is_associative(self, name, a, b, c):
-        t, (a, b, c) = norm(CONJUNCTIONS, name), (a / 16, b / 16, c / 16)
-        assert t(t(a, b), c) == pytest.approx(t(a, t(b, c)), abs=1e-15)
-
     @pytest.mark.parametrize(("t", "s"), list(zip(CONJUNCTIONS, DISJUNCTIONS, strict=True)))
     @QUICK
     @given(a=st.integers(0, 16), b=st.integers(0, 16))
@@ -89,10 +82,24 @@ class TestNorms:
         assert AGGREGATIONS.keys() == {"sum", *DISJUNCTIONS}
         assert norm(AGGREGATIONS, "sum")(0.75, 0.75) == 1.5
 
-    def test_the_exact_centroid_needs_straight_sides_and_plain_norms(self):
-        assert exact_centroid_possible("piecewise", "product", "sum")
-        assert not exact_centroid_possible("gaussian", "min", "max")
-        assert not exact_centroid_possible("singleton", "min", "max")
-        assert not exact_centroid_possible("triangle", "hamacher_product", "max")
-        assert not exact_centroid_possible("triangle", "min", "probabilistic_sum")
-        assert not exact_centroid_possible("linear", "min", "max")
+
+def hedge(name, x):
+    return scalar_function(HEDGES[name](Name("x")))(x)
+
+
+class TestHedges:
+    @pytest.mark.parametrize("name", sorted(set(HEDGES) - {"any"}))
+    @QUICK
+    @given(x=UNIT)
+    @example(x=0.5)
+    def test_are_their_formulas_and_keep_degrees_between_zero_and_one(self, name, x):
+        assert 0 <= hedge(name, x) <= 1
+        assert hedge(name, x) == pytest.approx(reference.HEDGES[name](reference.FLOAT, x), rel=1e-15)
+
+    def test_any_is_one_everywhere(self):
+        assert HEDGES["any"](Name("x")) == Number(1.0)
+
+    @QUICK
+    @given(x=UNIT)
+    def test_seldom_undoes_extremely(self, x):
+        assert hedge("seldom", hedge("extremely", x)) == pytest.approx(x, abs=1e-7)

@@ -78,7 +78,7 @@ class TestBlocks:
     @pytest.mark.parametrize(
         ("options", "error", "words"),
         [
-            ({"dt": 0.02}, ArgumentError, "no multiple of dt = 0.02 s"),
+            ({"dt": 0.02}, ArgumentError, "not a multiple of dt = 0.02 s"),
             ({"dt": -1.0}, ValueOutOfBoundsError, "dt must be > 0 s"),
             ({"dt": float("inf")}, ValueOutOfBoundsError, "dt must be finite"),
             ({"dt": "0.1"}, ValueOutOfBoundsError, "dt must be real"),

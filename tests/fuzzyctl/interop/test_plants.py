@@ -103,7 +103,7 @@ class TestLinear:
 
     @pytest.mark.parametrize("dt", [0, 0.1])
     def test_a_name_is_one_word(self, dt):
-        with pytest.raises(ArgumentError, match="is no name"):
+        with pytest.raises(ArgumentError, match="is not a name"):
             plant_of(control.tf([1], [1, 1], dt), "a\ninput b")
 
     def test_what_is_not_proper_is_a_diagnostic(self, small):
@@ -111,7 +111,7 @@ class TestLinear:
             with_plant(small(), "p", control.tf([1, 0, 0], [1, 1]))
 
     def test_only_plants_are_replaced(self, small):
-        with pytest.raises(ArgumentError, match="is no plant"):
+        with pytest.raises(ArgumentError, match="is not a plant"):
             with_plant(small(), "law", TRANSFER)
         with pytest.raises(UnknownNameError, match="no block 'q'"):
             with_plant(small(), "q", TRANSFER)
@@ -167,7 +167,7 @@ class TestFunctions:
         [(["a b"], ["x"]), (["x"], ["x"]), (["é"], ["x"]), (["u", "u"], ["x"]), (["u"], ["y"])],
     )
     def test_names_are_those_of_signals(self, inputs, states):
-        with pytest.raises(ArgumentError, match=r"is no name|'.' names two of the inputs, states and outputs"):
+        with pytest.raises(ArgumentError, match=r"is not a name|'.' names two of the inputs, states and outputs"):
             python_plant("p", inputs, dict.fromkeys(states, 0.0), ["y"], derivative=max, output=max)
 
     @pytest.mark.parametrize("start", [float("nan"), "a", None, [1.0]])

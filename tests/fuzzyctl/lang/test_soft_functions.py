@@ -43,9 +43,3 @@ def test_outputs_may_not_since_guarantees_call_them(name):
 def test_other_functions_name_nothing_else(name):
     with pytest.raises(DiagnosticError, match="FZ201"):
         loads(TEXT.format(name=name))
-
-
-@pytest.mark.parametrize(("typed", "meant"), [("neq(eq, 1)", "ne"), ("remainder(eq, 2)", "mod"), ("rint(eq)", "round")])
-def test_words_of_other_tools_are_known(typed, meant):
-    with pytest.raises(DiagnosticError, match=f"did you mean '{meant}'"):
-        loads(TEXT.format(name="a").replace("ne(eq, lt)", typed))

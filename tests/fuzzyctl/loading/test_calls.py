@@ -4,13 +4,11 @@ import runpy
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import fuzzyctl
 from fuzzyctl import DiagnosticError
-from fuzzyctl.cli.main import main
-
-BACKENDS = ("python", "numpy", "numba")
+from fuzzyctl.testing import run_command
+from tests import sizes
 
 WHOLE = """
 param top = 2
@@ -62,7 +60,7 @@ def outer(e):
 
 
 class TestNumbers:
-    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("backend", sizes.BACKENDS)
     def test_a_call_is_the_system_at_its_arguments(self, backend):
         kernel = fuzzyctl.compile(fuzzyctl.loads(WHOLE, block="outer"), backend)
         e = np.linspace(-1.2, 1.2, 101)
@@ -96,8 +94,8 @@ class TestNumbers:
     def test_generated_code_holds_what_is_called(self, tmp_path):
         path = tmp_path / "c.fz"
         path.write_text(WHOLE)
-        arguments = ["codegen", str(path), "--block", "outer", "--target", "python", "-o", str(tmp_path)]
-        assert CliRunner().invoke(main, arguments).exit_code == 0
+        arguments = ("codegen", path, "--block", "outer", "--target", "python", "-o", tmp_path)
+        assert run_command(*arguments).exit_code == 0
         names = runpy.run_path(str(tmp_path / "outer.py"))
         assert names["outer"](0.3) == pytest.approx(float(outer(0.3)), rel=1e-12)
 
@@ -115,38 +113,6 @@ CALLED = (
 )
 HEAD = "system o\ninput e in [-1, 1]\n"
 TAIL = "output y in [0, 1] = z\n"
-
-MISTAKES = {
-    CALLED + HEAD + "let z = w.q(e)\n" + TAIL: ("FZ202", "system 'w' has no output 'q'", "w.q(e"),
-    CALLED + HEAD + "let z = v.k(e)\n" + TAIL: ("FZ202", "no other system 'v'", "v.k(e"),
-    CALLED + HEAD + "let z = w.k(e, e)\n" + TAIL: ("FZ303", "'w.k' takes 1 argument, not 2", "w.k(e, e"),
-    CALLED + HEAD + "let z = w.k(q)\n" + TAIL: ("FZ202", "no param, input or let 'q'", "q"),
-    CALLED + HEAD + "output y in [0, 1] = w.k(e)\n": (
-        "FZ214",
-        "outputs of other systems are called in lets only",
-        "w.k(e",
-    ),
-    CALLED.replace("in [0, 1]", "in [0, 1] else hold") + HEAD + "let z = w.k(e)\n" + TAIL: (
-        "FZ214",
-        "output 'k' of 'w' keeps a state, which a system cannot hold",
-        "w.k(e",
-    ),
-    HEAD + "let z = o.y(e)\n" + TAIL: ("FZ217", "systems call each other in a circle", "o.y(e"),
-    HEAD + "let z = p.y(e)\n" + TAIL + HEAD.replace("system o", "system p") + "let z = o.y(e)\n" + TAIL: (
-        "FZ217",
-        "systems call each other in a circle",
-        "o.y(e",
-    ),
-}
-
-
-@pytest.mark.parametrize("text", MISTAKES, ids=[m[1] for m in MISTAKES.values()])
-def test_each_mistake_has_its_message_and_nothing_else_is_reported(text):
-    with pytest.raises(DiagnosticError) as caught:
-        fuzzyctl.loads(text, block="o")
-    (found,) = caught.value.diagnostics
-    assert (found.code, found.message, found.span.text.rstrip(")")) == MISTAKES[text]
-    assert found.help or found.facts
 
 
 def chained(count, calls=1):
@@ -171,7 +137,7 @@ class TestLimits:
         assert fuzzyctl.loads(chained(6, calls=2), block="s0")(e=0.2) == pytest.approx(6.4)
 
     def test_rules_of_called_systems_are_counted(self, monkeypatch):
-        monkeypatch.setattr("fuzzyctl.loading.linking.MAX_CALLED_RULES", 4)
+        monkeypatch.setattr("fuzzyctl.loading.examination.MAX_CALLED_RULES", 4)
         text = CALLED + HEAD + "let z = w.k(e) + w.k(0) - w.k(1)\n" + TAIL
         with pytest.raises(DiagnosticError, match="the systems that others call have more than 4 rules"):
             fuzzyctl.loads(text, block="o")

@@ -1,12 +1,10 @@
 """What is known of a system that was written so before is what a first look at it finds."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading import examination
-from fuzzyctl.loading.examination import look_through
+from fuzzyctl.testing import check_text
 from tests import sizes
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM
 
@@ -19,23 +17,24 @@ TABLE = 'system t\ninput x in [0, 1]\n  terms a b\noutput y in [0, 1]\n  terms p
 USER = 'system t\nuse "used.fz"\noutput y in [0, 1]\n  terms p q\nif x is a then y is p\nif x is b then y is q\n'
 
 
-def found(text, folder=None, **given):
-    return [
-        (d.code, d.message, d.place) for d in look_through(SourceText("a.fz", text), folder=folder, **given).diagnostics
-    ]
+def found(text, folder=None):
+    return [(d.code, d.message, d.place) for d in check_text(text, folder=folder)[1]]
 
 
 @pytest.fixture(autouse=True)
-def _nothing_is_known():
-    examination._CLEAN.clear()
+def known(monkeypatch):
+    """The systems that are known to be clean: none at first."""
+    systems = set()
+    monkeypatch.setattr("fuzzyctl.loading.examination._CLEAN", systems)
+    return systems
 
 
-def test_clean_systems_are_known_and_others_are_not():
+def test_clean_systems_are_known_and_others_are_not(known):
     clean = TWO.replace("hedge hardly(d) = d ^ 3\n", "")
     assert found(clean) == []
-    assert len(examination._CLEAN) == 2
+    assert len(known) == 2
     assert found(TWO) != []
-    assert len(examination._CLEAN) == 2
+    assert len(known) == 2
 
 
 @pytest.mark.parametrize(
@@ -45,12 +44,12 @@ def test_clean_systems_are_known_and_others_are_not():
         ("used.fz", "input x in [0, 1]\n  terms a b\n", "input x in [0, 0]\n  terms a b\n", USER),
     ],
 )
-def test_files_that_it_reads_may_change(name, first, then, text, tmp_path):
+def test_files_that_it_reads_may_change(name, first, then, text, tmp_path, known):
     (tmp_path / name).write_text(first)
     assert found(text, tmp_path) == []
     (tmp_path / name).write_text(then)
     changed = found(text, tmp_path)
-    examination._CLEAN.clear()
+    known.clear()
     assert changed == found(text, tmp_path) != []
 
 
@@ -60,16 +59,11 @@ def test_what_stands_before_the_systems_may_change():
     assert len(found(clean.replace("wide = 2", "wide = 0"))) == 2
 
 
-def test_a_first_look_without_hints_hides_none():
-    assert found(SYSTEM, hints=False) == []
-    assert [code for code, *_ in found(SYSTEM)] == ["FZ219"]
-
-
-def test_few_are_kept(monkeypatch):
-    monkeypatch.setattr(examination, "_MOST_CLEAN", 5)
+def test_few_are_kept(known, monkeypatch):
+    monkeypatch.setattr("fuzzyctl.loading.examination._MOST_CLEAN", 5)
     for k in range(12):
         found(f"system t{k}\n" + SYSTEM.partition("\n")[2].replace("hedge hardly(d) = d ^ 3\n", ""))
-    assert 0 < len(examination._CLEAN) <= examination._MOST_CLEAN
+    assert 0 < len(known) <= 5
 
 
 @st.composite
@@ -85,11 +79,13 @@ def edits(draw):
     return versions
 
 
-@settings(max_examples=sizes.examples(100, 5), deadline=None)
-@given(edits())
-def test_every_version_has_the_diagnostics_of_a_first_look(versions):
-    examination._CLEAN.clear()
+@settings(
+    max_examples=sizes.examples(100, 5), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(versions=edits())
+def test_every_version_has_the_diagnostics_of_a_first_look(known, versions):
+    known.clear()
     again = [found(text) for text in versions]
-    for text, known in zip(versions, again, strict=True):
-        examination._CLEAN.clear()
-        assert found(text) == known
+    for text, expected in zip(versions, again, strict=True):
+        known.clear()
+        assert found(text) == expected

@@ -1,7 +1,6 @@
 import pytest
 
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.fixing import errors_of, fix_source
+from fuzzyctl.testing import check_text, run_command
 
 FOREIGN = """system t;
 and product
@@ -27,45 +26,45 @@ if x is b and x is not a then y is hi
 """
 
 
-def text_of(text, *, likely=False):
-    return fix_source(SourceText("t.fz", text), likely=likely).source.text
+@pytest.fixture
+def text_of(tmp_path):
+    """The text of a file after its repairs."""
+    path = tmp_path / "t.fz"
+
+    def fixed(text, *, likely=False):
+        path.write_text(text, encoding="utf-8", newline="")
+        run_command("check", path, "--fix", *(["likely"] if likely else []))
+        return path.read_bytes().decode()
+
+    return fixed
 
 
-def test_all_repairs_of_all_lines_are_made_at_once():
+def test_all_repairs_of_all_lines_are_made_at_once(text_of):
     assert text_of(FOREIGN) == RIGHT.replace("is hi\n", "is hii\n")
     assert text_of(FOREIGN, likely=True) == RIGHT
 
 
-def test_a_mistake_that_another_one_hid_is_fixed_too():
+def test_a_mistake_that_another_one_hid_is_fixed_too(text_of):
     # The misspelt setting is reported once its line is read.
     text = RIGHT.replace("and product", "adn produkt")
     assert text_of(text) == RIGHT
 
 
 @pytest.mark.parametrize("text", [RIGHT, "", "system t\n", "{}[]\n", "input " * 1000])
-def test_nothing_to_fix_gives_the_very_source(text):
-    source = SourceText("t.fz", text)
-    assert fix_source(source, likely=True).source is source
+def test_a_text_without_a_repair_stays(text, text_of):
+    assert text_of(text, likely=True) == text
 
 
-def test_line_ends_stay():
+def test_line_ends_stay(text_of):
     text = FOREIGN.replace("\n", "\r\n")
     assert text_of(text, likely=True) == RIGHT.replace("\n", "\r\n")
 
 
-def test_fixes_that_leave_as_many_errors_are_not_made():
+def test_fixes_that_leave_as_many_errors_are_not_made(text_of):
     # With its name the output has a rule, whose term it lacks: no fewer errors.
     text = "system t\ninput x in [0, 1]\n  terms a b\noutput speed in [0, 1] else 0\n  terms lo hi\n"
     text += "if x is a then speeed is fast\nif x is a then speed is lo\n"
     assert text_of(text) == text
-    assert [d.code for d in fix_source(SourceText("t.fz", FOREIGN)).repaired] == [
-        "FZ105",
-        "FZ101",
-        "FZ102",
-        "FZ105",
-        "FZ101",
-        "FZ105",
-    ]
 
 
 @pytest.mark.parametrize(
@@ -81,7 +80,7 @@ def test_fixes_that_leave_as_many_errors_are_not_made():
         ("b = triangle(0, 1, PI)", "b = triangle(0, 1, pi)"),
     ],
 )
-def test_numbers_of_other_tools(line, right):
+def test_numbers_of_other_tools(line, right, text_of):
     text = RIGHT.replace("b = gaussian(1, 0.1)  # other", line)
     assert text_of(text) == RIGHT.replace("b = gaussian(1, 0.1)  # other", right)
 
@@ -99,14 +98,14 @@ def test_numbers_of_other_tools(line, right):
         ("if x iz a then y is loo;", "if x is a then y is lo"),
     ],
 )
-def test_lines_of_other_tools(line, right):
+def test_lines_of_other_tools(line, right, text_of):
     assert text_of(f"{RIGHT}{line}\n", likely=True) == f"{RIGHT}{right}\n"
 
 
 @pytest.mark.parametrize(
     "line", ["require bounded(y, 0, 1, 2)", "require bounded(y, 0.5,0, 1)", "param k = atan2(1, 5, 2)"]
 )
-def test_commas_that_separate_numbers_stay(line):
+def test_commas_that_separate_numbers_stay(line, text_of):
     assert text_of(f"{RIGHT}{line}\n", likely=True) == f"{RIGHT}{line}\n"
 
 
@@ -117,12 +116,12 @@ def test_commas_that_separate_numbers_stay(line):
         ("b = triangle(0,0,0,5,1,0)", "b = triangle(0.0, 0.5, 1.0)"),
     ],
 )
-def test_terms_of_other_tools(line, right):
+def test_terms_of_other_tools(line, right, text_of):
     text = RIGHT.replace("b = gaussian(1, 0.1)  # other", line)
     assert text_of(text) == RIGHT.replace("b = gaussian(1, 0.1)  # other", right)
 
 
-def test_a_value_is_no_param_under_the_name_of_a_variable():
+def test_a_value_is_no_param_under_the_name_of_a_variable(text_of):
     assert text_of(f"{RIGHT}k = 5\n", likely=True) == f"{RIGHT}param k = 5\n"
     assert text_of(f"{RIGHT}y = 5\n", likely=True) == f"{RIGHT}y = 5\n"
 
@@ -162,12 +161,12 @@ measure f0 = final(p.y)
         ("require u <= 1e9", "require u => 1e9 )"),
     ],
 )
-def test_a_guess_that_changes_the_meaning_is_not_made(line, guess):
+def test_a_guess_that_changes_the_meaning_is_not_made(line, guess, text_of):
     text = BLOCKS.replace(line, guess)
     fixed = text_of(text, likely=True)
     assert fixed.replace("require u >= 1e9 )", "require u => 1e9 )") == text
 
 
 def test_the_time_of_a_controller_is_no_slip_of_its_sample_time():
-    (mistake,) = errors_of(SourceText("t.fz", BLOCKS.replace("next s = s + e", "next s = s + sin(t)")), None)
+    _, (mistake,) = check_text(BLOCKS.replace("next s = s + e", "next s = s + sin(t)"))
     assert mistake.help == "count the time in a state, such as: next time = time + dt"

@@ -2,10 +2,7 @@
 
 import pytest
 
-import fuzzyctl
-from fuzzyctl import DiagnosticError, Proved, Refuted, dumps, load, loads, prove
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import examine_all
+from fuzzyctl import Proved, Refuted, dumps, load, loads, prove
 
 ONE = """system coarse
 and product
@@ -51,11 +48,6 @@ def verdicts(*claims, rest=OTHER + WIDE):
     return prove(loads(text, block="coarse"))
 
 
-def found(claim, rest=OTHER + WIDE):
-    _, diagnostics = examine_all(SourceText("t.fz", f"{ONE}require {claim}\n{rest}"))
-    return [(d.code, d.message) for d in diagnostics if d.severity == "error"]
-
-
 class TestComparedSystems:
     def test_two_that_are_the_same_function_are_proved_to_be(self):
         exact, close = verdicts("u == fine.w", "u == fine.w within 1e-9")
@@ -97,19 +89,6 @@ class TestComparedSystems:
         assert [type(v) for v in prove(path)] == [Proved]
         assert [v.name for v in load(path).inputs] == ["e"]
 
-    def test_a_block_of_two_used_files_is_warned_of_where_it_is_called(self, tmp_path):
-        call = "controller c\ninput e in [-1, 1]\noutput v = fine(e)\n"
-        first, second = OTHER.lstrip(), OTHER.lstrip().replace("system fine", "\nsystem fine")
-        for name, text in (("first.fz", first), ("second.fz", second), ("third.fz", first.replace("fine", "rough"))):
-            (tmp_path / name).write_text(text)
-        (tmp_path / "c.fz").write_text('use "first.fz"\nuse "third.fz"\nuse "second.fz"\nuse "first.fz"\n' + call)
-        _, (warning,) = fuzzyctl.check(tmp_path / "c.fz")
-        assert (warning.code, warning.severity, warning.span.line) == ("FZ201", "warning", 3)
-        places = [(n.span.source.name.rsplit("/", 1)[-1], n.span.line, n.span.text) for n in warning.notes]
-        assert places == [("first.fz", 1, "fine"), ("second.fz", 2, "fine")]
-        (tmp_path / "c.fz").write_text('use "first.fz"\nuse "second.fz"\n' + call.replace("fine(e)", "2 * e"))
-        assert fuzzyctl.check(tmp_path / "c.fz")[1] == []
-
     def test_a_shared_param_is_set_in_both(self):
         text = "param top = 8\n" + ONE.replace("=8", "=(top)") + "require u == fine.w within 1e-9\n"
         system = loads(
@@ -132,47 +111,3 @@ class TestComparedSystems:
         text = ONE + "require u == fine.w within 1\n" + OTHER + "require w <= coarse.u + 1\n"
         for name in ("coarse", "fine"):
             assert [type(v) for v in prove(loads(text, block=name))] == [Proved]
-
-    @pytest.mark.parametrize(
-        ("claim", "code", "word"),
-        [
-            ("u == fin.w", "FZ202", "no other system 'fin'"),
-            ("u == coarse.u", "FZ202", "no other system 'coarse'"),
-            ("u == fine.v", "FZ202", "has no output 'v'"),
-            ("u == fine.w(e, e)", "FZ303", "takes 1 argument, not 2"),
-            ("u == wide.u", "FZ214", "has the input 'd'"),
-            ("e <= fine.w", "FZ312", "measured in m, 'fine.w' in N"),
-            ("u <= wide.u(e, e)", "FZ312", "'wide.u' takes m/s"),
-            ("increasing(fine.w, e)", "FZ202", "no output 'fine.w'"),
-            ("bounded(u, 0, fine.w)", "FZ202", "no param 'fine.w'"),
-        ],
-    )
-    def test_what_is_not_there_is_reported_at_its_place(self, claim, code, word):
-        ((got, message),) = found(claim)
-        assert got == code
-        assert word in message
-
-    def test_outputs_of_its_own_have_no_prefix(self):
-        _, diagnostics = examine_all(SourceText("t.fz", f"{ONE}require u == coarse.u\n{OTHER}"))
-        (mistake,) = (d for d in diagnostics if d.severity == "error")
-        assert mistake.help == "the system's own outputs have no prefix: u"
-
-    def test_no_file_outside_is_read(self, tmp_path):
-        (tmp_path / "old.fz").write_text(OTHER.lstrip())
-        inner = tmp_path / "inner"
-        inner.mkdir()
-        path = inner / "new.fz"
-        path.write_text(ONE.replace("\n", '\nuse "../old.fz"\n', 1) + "require u == fine.w within 1e-9\n")
-        with pytest.raises(DiagnosticError) as raised:
-            load(path)
-        assert {d.code for d in raised.value.diagnostics} == {"FZ218"}
-
-    def test_mistakes_of_the_used_file_are_shown_there(self, tmp_path):
-        (tmp_path / "old.fz").write_text(OTHER.lstrip().replace("large=8", "large=8 odd@9"))
-        path = tmp_path / "new.fz"
-        path.write_text(ONE.replace("\n", '\nuse "old.fz"\n', 1) + "require u == fine.w within 1e-9\n")
-        _, diagnostics = fuzzyctl.check(path)
-        assert {d.span.source.name for d in diagnostics if d.severity == "error"} == {
-            str(tmp_path / "old.fz"),
-            str(path),
-        }

@@ -152,8 +152,8 @@ def test_an_output_that_is_not_finite_ends_it(monkeypatch, given):
         ({"outputs": ["rat a std_msgs/msg/Float64 data 0"]}, "has no such output; did you mean 'rate'?"),
         ({"outputs": ["rate a std_msgs/msg/Float65 data 0"]}, "there is no message type 'std_msgs/msg/Float65'"),
         ({"outputs": ["rate a os.path data 0"]}, "there is no message type 'os.path'"),
-        ({"outputs": ["rate a geometry_msgs/msg/Twist angular 0"]}, "'angular' is no floating-point number of"),
-        ({"outputs": ["rate a sensor_msgs/msg/JointState position.0 0"]}, "'position.0' is no floating-point number"),
+        ({"outputs": ["rate a geometry_msgs/msg/Twist angular 0"]}, "'angular' is not a floating-point number of"),
+        ({"outputs": ["rate a sensor_msgs/msg/JointState position.0 0"]}, "'position.0' is not a floating-point"),
         ({"inputs": [*INPUTS, INPUTS[0]]}, "inputs: 'reference' stands there twice"),
         (
             {"outputs": ["rate a std_msgs/msg/Float64 data 0", "opening a geometry_msgs/msg/Twist linear.x 0"]},

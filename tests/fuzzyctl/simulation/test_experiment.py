@@ -291,7 +291,7 @@ class TestSampleTimes:
         with pytest.raises(DiagnosticError) as error:
             Experiment(loop(f"{self.SLOW}loop l\nblock slow = slow(t)\nrun 1 s step 15 ms\n"))
         (found,) = error.value.diagnostics
-        message = "block 'slow' runs every 0.02 s, which is no multiple of the step of 0.015 s"
+        message = "block 'slow' runs every 0.02 s, which is not a multiple of the step of 0.015 s"
         assert (found.code, found.message, found.span.text) == ("FZ702", message, "slow")
 
     def test_a_run_of_too_many_numbers_is_a_mistake(self, loop):
@@ -529,8 +529,8 @@ class TestSignals:
         ("rows", "message"),
         [
             ("t,a\n0,1\n0,2\n", "times in column 't' of 'load.csv' do not ascend at line 3"),
-            ("t,a\n0,1\n1,high\n", "'high' is no finite number, in line 3 of 'load.csv'"),
-            ("t,a\n0,1\n1\n", "'' is no finite number, in line 3 of 'load.csv'"),
+            ("t,a\n0,1\n1,high\n", "'high' is not a finite number, in line 3 of 'load.csv'"),
+            ("t,a\n0,1\n1\n", "'' is not a finite number, in line 3 of 'load.csv'"),
             ("t,a\n", "'load.csv' has no rows below its header"),
         ],
     )

@@ -144,7 +144,7 @@ def test_a_file_that_is_no_archive_or_a_broken_one(archive, tmp_path):
     path = archive({"modelDescription.xml": FMI2, "a.txt": "hello hello"})
     data = (tmp_path / "m.fmu").read_bytes()
     (tmp_path / "n.fmu").write_text("x", encoding="utf-8")
-    with pytest.raises(FmuError, match="no zip archive"):
+    with pytest.raises(FmuError, match="not a zip archive"):
         read_description(str(tmp_path / "n.fmu"))
     with pytest.raises(FmuError, match="there is no such file"):
         read_description(str(tmp_path / "o.fmu"))

@@ -10,8 +10,7 @@ import pytest
 
 from fuzzyctl.studio import answers
 from fuzzyctl.studio.answers import METHODS, answer
-from fuzzyctl.support.reading import MAX_BYTES
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.support.shipped import MAX_BYTES, rules_folder
 from tests.commands import runner
 
 RULES = rules_folder()
@@ -251,5 +250,5 @@ def test_files_of_other_tools_are_opened_as_convert_writes_them(tmp_path):
         done = runner("convert")(path, tmp_path / found["name"])
         assert done.exit_code == 0, done.output
         assert found["text"] == (tmp_path / found["name"]).read_text(encoding="utf-8")
-    assert any("'brake - MAMDANI' is no name here; it is called 'brake_MAMDANI'" in note for note in found["notes"])
+    assert any("'brake - MAMDANI' is not a name here; it is called 'brake_MAMDANI'" in note for note in found["notes"])
     assert ask("convert", "<a", "/files/a.fml")["refused"] == "error[FZ601]: the XML is broken: unclosed token"

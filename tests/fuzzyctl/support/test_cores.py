@@ -5,7 +5,6 @@ import os
 import pytest
 
 from fuzzyctl.support import cores
-from fuzzyctl.support.cores import granted
 
 MANY = 1 << 20
 
@@ -27,14 +26,14 @@ def write(tmp_path):
 )
 def test_the_limit_of_a_container_counts(write, tmp_path, limit, expected):
     write("groups/cpu.max", limit + "\n")
-    assert granted(tmp_path / "groups", write("own", "0::/\n")) == expected
+    assert cores.granted(tmp_path / "groups", write("own", "0::/\n")) == expected
 
 
 def test_the_least_limit_of_a_group_and_those_it_is_in_counts(write, tmp_path):
     write("groups/a/cpu.max", "300000 100000\n")
     write("groups/a/b/cpu.max", "max 100000\n")
     write("groups/c/cpu.max", "100000 100000\n")
-    assert granted(tmp_path / "groups", write("own", "0::/a/b\n")) == 3
+    assert cores.granted(tmp_path / "groups", write("own", "0::/a/b\n")) == 3
 
 
 @pytest.mark.parametrize("controllers", ["cpu", "cpu,cpuacct"])
@@ -45,14 +44,14 @@ def test_groups_of_the_first_version_have_a_file_for_each_number(write, tmp_path
     write(f"groups/{controllers}/cpu.cfs_period_us", "100000\n")
     write("groups/memory/x/cpu.cfs_quota_us", "100000\n")
     write("groups/memory/x/cpu.cfs_period_us", "100000\n")
-    assert granted(tmp_path / "groups", write("own", f"4:memory:/x\n1:{controllers}:/x\n")) == 4
+    assert cores.granted(tmp_path / "groups", write("own", f"4:memory:/x\n1:{controllers}:/x\n")) == 4
 
 
 @pytest.mark.parametrize("text", ["0::/nowhere\n", "nonsense\n", "0::/../..\n", ""])
 def test_without_groups_there_is_no_limit(write, tmp_path, text):
     write("cpu.max", "100000 100000\n")
-    assert granted(tmp_path / "groups" / "deep", write("own", text)) == MANY
-    assert granted(tmp_path, tmp_path / "missing") == MANY
+    assert cores.granted(tmp_path / "groups" / "deep", write("own", text)) == MANY
+    assert cores.granted(tmp_path, tmp_path / "missing") == MANY
 
 
 def test_no_more_than_the_process_is_bound_to(monkeypatch):

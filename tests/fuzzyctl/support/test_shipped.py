@@ -6,33 +6,26 @@ from pathlib import Path
 import pytest
 
 import fuzzyctl
-from fuzzyctl.support.shipped import rules_folder, shipped_files, shipped_groups
-from tests.commands import runner
+from fuzzyctl.testing import run_command as run
+from tests.shipped import SYSTEMS
 
-run = runner()
+RULES = SYSTEMS[0].parent
 
 #: Commands that take a file, with further words, by what they print or write of the shipped file of a name.
 COMMANDS = [
     ("check tipper", "tipper: tipper: 3 rules, no errors"),
     ("eval tipper service=7 food=8", "tip = 20.344474774540"),
-    ("why tipper service=7 food=8", "tip = 20.34"),
     ("show tipper", "tipper: Tip for service and food"),
     ("show aifqsmc", "aifqsmc: Adaptive immune"),
-    ("show --plan tipper", "tipper"),
     ("prove tipper", "bounded(tip, 0, 30)"),
-    ("prove --bounds tipper", "tip"),
     ("fmt --check tipper zhao_1993", ""),
     ("plot-surface tipper -o out.svg", "wrote out.svg"),
-    ("plot --terms tipper -o out.svg", "wrote out.svg"),
     ("page tipper", "wrote tipper.html"),
     ("codegen tipper --target python", "wrote tipper.py"),
-    ("codegen aifqsmc --target c -o build", "wrote build"),
     ("convert tipper tip.md", "wrote tip.md"),
     ("compare --changes tipper tipper", "nothing was changed"),
-    ("compare tipper tipper --points 50", "tipper"),
     ("compare --loops water_tank water_tank", "fill"),
     ("simulate water_tank --against water_tank", "water_tank.fill"),
-    ("simulate upa_motor --block exact_motor", "exact_motor"),
 ]
 
 
@@ -44,22 +37,22 @@ def folder(tmp_path, monkeypatch):
 
 class TestNames:
     def test_each_names_one_file_and_all_are_listed(self):
-        names = [name for files in shipped_groups().values() for name in files]
+        groups = json.loads(run("show", "--format", "json").output)
+        names = [entry["name"] if isinstance(entry, dict) else entry for files in groups.values() for entry in files]
         assert len(names) == len(set(names)) > 25
         assert {"tipper", "water_tank", "zhao_1993"} < set(names)
         listed = run("show").output
         assert all(f"\n  {name} " in listed for name in names)
-        assert [*json.loads(run("show", "--format", "json").output)] == [*shipped_groups()]
 
     @pytest.mark.parametrize(("command", "text"), COMMANDS, ids=[c for c, _ in COMMANDS])
     def test_every_command_takes_them(self, command, text, folder):
         result = run(*command.split())
-        assert result.exit_code == 0, result.output
-        assert text in result.output
-        assert str(rules_folder()) not in result.output
+        assert result.exit_code == 0, result
+        assert text in result.output + result.errors
+        assert str(RULES) not in result.output + result.errors
 
     def test_python_takes_them(self):
-        assert fuzzyctl.load("tipper") == fuzzyctl.load(rules_folder() / "tipper.fz")
+        assert fuzzyctl.load("tipper") == fuzzyctl.load(RULES / "tipper.fz")
         assert [s.name for s in fuzzyctl.load_all("matlab_pid")] == ["plane", "curved"]
         assert fuzzyctl.load(Path("aifqsmc"), block=fuzzyctl.Controller).name == "aifqsmc"
         assert fuzzyctl.load("water_tank", block=fuzzyctl.Loop).name == "fill"
@@ -67,32 +60,33 @@ class TestNames:
     def test_a_sweep_takes_them(self, folder):
         (folder / "spec.toml").write_text('scenario = "water_tank"\nagainst = ["pendulum"]\nruns = 1\n')
         result = run("sweep", "spec.toml", "--jobs", "1")
-        assert (result.exit_code, result.stderr) == (0, "")
+        assert (result.exit_code, result.errors) == (0, "")
         run("new", "pendulum", "--from", "pendulum")
         note = "note: 'pendulum.fz' of this folder is read in place of the shipped 'pendulum'"
-        assert run("sweep", "spec.toml", "--jobs", "1", "-o", "again").stderr.splitlines() == [note]
+        assert run("sweep", "spec.toml", "--jobs", "1", "-o", "again").errors.splitlines() == [note]
 
     def test_a_shipped_spec_is_swept_by_its_name_and_one_of_the_folder_wins(self, folder):
         result = run("sweep", "water_tank_gains", "--jobs", "1")
-        assert result.stdout.startswith("15 runs, all to the end\n"), result.output
+        assert result.output.startswith("15 runs, all to the end\n"), result.output
         (folder / "water_tank_gains.toml").write_text('scenario = "water_tank"\nruns = 1\n')
         result = run("sweep", "water_tank_gains", "--jobs", "1")
-        assert "1 run, " in result.stdout
+        assert "1 run, " in result.output
         note = "note: 'water_tank_gains.toml' of this folder is read in place of the shipped 'water_tank_gains'"
-        assert note in result.stderr
+        assert note in result.errors
 
     def test_a_file_beside_the_spec_comes_before_the_shipped_one(self, folder):
         (folder / "specs").mkdir()
         (folder / "specs" / "spec.toml").write_text('scenario = "water_tank"\nagainst = ["pendulum"]\nruns = 1\n')
         run("new", "water_tank", "--from", "water_tank")
-        said = run("sweep", "specs/spec.toml", "--jobs", "1").stderr.splitlines()
+        said = run("sweep", "specs/spec.toml", "--jobs", "1").errors.splitlines()
         assert said == ["note: the shipped 'water_tank' is read, not 'water_tank.fz' of this folder"]
         for name in ("water_tank", "pendulum"):
-            text = shipped_files()[name].read_text(encoding="utf-8")
-            (folder / "specs" / f"{name}.fz").write_text(f"{text}# mine\n", encoding="utf-8")
+            run("new", name, "--from", name, "-o", f"specs/{name}.fz")
+            with (folder / "specs" / f"{name}.fz").open("a", encoding="utf-8") as file:
+                file.write("# mine\n")
         result = run("sweep", "specs/spec.toml", "--jobs", "1", "-o", "again")
         assert result.exit_code == 0, result.output
-        assert result.stderr.splitlines() == [
+        assert result.errors.splitlines() == [
             f"note: 'specs/{name}.fz' is read in place of the shipped '{name}'" for name in ("water_tank", "pendulum")
         ]
         texts = json.loads((folder / "again" / "sweep.json").read_text(encoding="utf-8"))["scenario"]["text"]
@@ -101,30 +95,30 @@ class TestNames:
 
 class TestAFileOfTheFolder:
     def test_it_wins_and_one_line_names_it(self, folder):
-        text = (rules_folder() / "tipper.fz").read_text(encoding="utf-8")
+        text = (RULES / "tipper.fz").read_text(encoding="utf-8")
         (folder / "tipper.fz").write_text(text, encoding="utf-8")
         result = run("check", "tipper")
-        assert result.output.splitlines()[0] == (
+        assert result.errors.splitlines()[0] == (
             "note: 'tipper.fz' of this folder is read in place of the shipped 'tipper'"
         )
-        assert run("check", "tipper").stdout == run("check", "tipper.fz").stdout.replace("tipper.fz:", "tipper:")
-        assert "note" not in run("show", "-q", "tipper").stderr
+        assert run("check", "tipper").output == run("check", "tipper.fz").output.replace("tipper.fz:", "tipper:")
+        assert "note" not in run("show", "-q", "tipper").errors
         assert "note" not in run("check", "tipper.fz").output
 
     def test_a_file_without_suffix_comes_first_and_a_folder_does_not_count(self, folder):
         (folder / "tipper").mkdir()
         assert run("check", "tipper").exit_code == 0
         (folder / "smc").write_text("nothing", encoding="utf-8")
-        assert run("check", "smc").stderr.startswith("note: 'smc' of this folder is read")
+        assert run("check", "smc").errors.startswith("note: 'smc' of this folder is read")
 
     def test_a_name_that_is_not_shipped_is_a_file_of_the_folder_too(self, folder):
         run("new", "heater")
         result = run("check", "heater")
-        assert (result.exit_code, result.stderr) == (0, "")
+        assert (result.exit_code, result.errors) == (0, "")
 
     def test_used_files_are_never_names(self, folder):
         (folder / "a.fz").write_text('use "tipper"\ncontroller c\ninput x in [0, 1]\noutput y = x\n', encoding="utf-8")
-        assert "cannot be used" in run("check", "a.fz").output
+        assert "cannot be used" in run("check", "a.fz").errors
 
 
 class TestMistakes:
@@ -140,7 +134,7 @@ class TestMistakes:
     )
     def test_an_unknown_name_is_a_diagnostic_with_the_closest_one(self, name, help_text):
         result = run("eval", name, "service=7")
-        assert (result.exit_code, result.output) == (
+        assert (result.exit_code, result.errors) == (
             1,
             f"{name}: error[FZ001]: there is no such file\n = help: {help_text}\n",
         )
@@ -151,16 +145,16 @@ class TestMistakes:
         assert run("show", "smc").exit_code == 0
         for command in (("show",), ("check", "--watch")):
             help_text = "did you mean the shipped 'ais_reaction'? 'fuzzyctl show' lists the shipped files"
-            assert run(*command, "ais_reaction.fz").output.endswith(f"there is no such file\n = help: {help_text}\n")
+            assert run(*command, "ais_reaction.fz").errors.endswith(f"there is no such file\n = help: {help_text}\n")
 
     @pytest.mark.parametrize("words", [("fmt",), ("check", "--fix"), ("check", "--fix", "likely")])
     def test_a_shipped_file_is_not_written(self, words):
-        before = (rules_folder() / "tipper.fz").read_bytes()
+        before = (RULES / "tipper.fz").read_bytes()
         result = run(*words, "tipper")
         assert result.exit_code == 1
-        assert "tipper: error[FZ005]: a shipped file is not changed" in result.output
-        assert "fuzzyctl new NAME --from tipper" in result.output
-        assert (rules_folder() / "tipper.fz").read_bytes() == before
+        assert "tipper: error[FZ005]: a shipped file is not changed" in result.errors
+        assert "fuzzyctl new NAME --from tipper" in result.errors
+        assert (RULES / "tipper.fz").read_bytes() == before
 
     def test_what_needs_a_file_does_not_list(self):
         assert run("show", "--plan").exit_code == 2

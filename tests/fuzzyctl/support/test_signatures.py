@@ -5,7 +5,6 @@ import inspect
 import pytest
 
 import fuzzyctl
-from fuzzyctl.support.shipped import rules_folder
 
 TEXT = """system s
 input {name} in [0, 1]
@@ -24,7 +23,7 @@ def parameters(called):
 
 @pytest.fixture(scope="module")
 def tipper():
-    return fuzzyctl.load(rules_folder() / "tipper.fz")
+    return fuzzyctl.load("tipper")
 
 
 def test_a_system_takes_its_inputs_by_name(tipper):

@@ -1,3 +1,5 @@
+"""Files are written completely or not at all, and sets of files together."""
+
 import os
 import resource
 import stat
@@ -5,125 +7,106 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.support.writing import write_together, written_whole
+from fuzzyctl import DiagnosticError, dump, dumps, load
+from fuzzyctl.testing import run_command
+
+TIPPER = load("tipper")
 
 
-class TestWrittenWhole:
-    def test_the_file_appears_when_the_block_ends(self, tmp_path):
-        target = tmp_path / "a.txt"
-        with written_whole(target) as temporary:
-            temporary.write_text("new")
-            assert not target.exists()
-        assert target.read_text() == "new"
-        assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+def held(folder):
+    return {p.name: p.read_text() for p in folder.iterdir() if p.is_file()}
 
-    def test_a_failure_leaves_the_old_file_and_nothing_else(self, tmp_path):
-        target = tmp_path / "a.txt"
+
+@pytest.fixture
+def full(monkeypatch):
+    """Let files of this process have no more bytes than a number."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda most: resource.setrlimit(resource.RLIMIT_FSIZE, (most, limits[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+class TestOneFile:
+    def test_a_failure_leaves_the_old_file_and_no_other(self, tmp_path, full):
+        target = tmp_path / "a.fz"
         target.write_text("old")
-
-        def fail():
-            with written_whole(target) as temporary:
-                temporary.write_text("half")
-                raise RuntimeError
-
-        with pytest.raises(RuntimeError):
-            fail()
-        assert target.read_text() == "old"
-        assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+        full(100)
+        with pytest.raises(DiagnosticError, match="cannot be written: File too large"):
+            dump(TIPPER, target)
+        full(10_000)
+        assert held(tmp_path) == {"a.fz": "old"}
+        dump(TIPPER, target)
+        assert held(tmp_path) == {"a.fz": dumps(TIPPER)}
 
     def test_permissions_follow_the_umask_or_the_old_file(self, tmp_path):
-        target = tmp_path / "a.txt"
+        target = tmp_path / "a.fz"
         old = os.umask(0o027)
         try:
-            with written_whole(target) as temporary:
-                temporary.write_text("x")
+            dump(TIPPER, target)
         finally:
             os.umask(old)
         assert stat.S_IMODE(target.stat().st_mode) == 0o640
         target.chmod(0o600)
-        with written_whole(target) as temporary:
-            temporary.write_text("y")
+        dump(TIPPER, target)
         assert stat.S_IMODE(target.stat().st_mode) == 0o600
 
-    def test_a_missing_folder_is_a_diagnostic(self, tmp_path):
-        with pytest.raises(DiagnosticError, match="FZ005"), written_whole(tmp_path / "no" / "a.txt"):
-            pass
-
-    @pytest.mark.parametrize("link", [False, True])
-    def test_what_is_no_regular_file_is_refused_and_stays(self, tmp_path, link):
-        pipe = tmp_path / "pipe"
-        os.mkfifo(pipe)
-        target = pipe
-        if link:
-            target = tmp_path / "link"
-            target.symlink_to(pipe)
-        with pytest.raises(DiagnosticError, match="not a regular file"), written_whole(target) as temporary:
-            temporary.write_text("new")
-        assert stat.S_ISFIFO(pipe.stat().st_mode)
-        assert {p.name for p in tmp_path.iterdir()} == {"pipe", target.name}
-
-    def test_a_folder_is_refused_before_anything_is_computed(self, tmp_path):
-        def fail():
-            with written_whole(tmp_path):
-                pytest.fail("the block was entered")
-
+    def test_a_missing_folder_and_a_folder_are_diagnostics(self, tmp_path):
+        with pytest.raises(DiagnosticError, match="FZ005"):
+            dump(TIPPER, tmp_path / "no" / "a.fz")
         with pytest.raises(DiagnosticError, match="this is a folder"):
-            fail()
+            dump(TIPPER, tmp_path)
+
+    @pytest.mark.parametrize("name", ["pipe", "link"])
+    def test_a_pipe_and_a_link_to_it_are_refused_and_stay(self, tmp_path, name):
+        os.mkfifo(tmp_path / "pipe")
+        (tmp_path / "link").symlink_to(tmp_path / "pipe")
+        with pytest.raises(DiagnosticError, match="not a regular file"):
+            dump(TIPPER, tmp_path / name)
+        assert stat.S_ISFIFO((tmp_path / "pipe").stat().st_mode)
+        assert {p.name for p in tmp_path.iterdir()} == {"pipe", "link"}
 
 
-class TestWriteTogether:
+class TestSets:
     @pytest.fixture
     def old(self, tmp_path):
-        """An old set whose middle one is missing."""
-        for name in ("a.h", "c.txt"):
+        """An old set of files of generated code, whose last one is missing."""
+        for name in ("tipper.h", "tipper.c"):
             (tmp_path / name).write_text(f"old {name}")
-        return {tmp_path / name: f"new {name}" for name in ("a.h", "b.c", "c.txt")}
+        return held(tmp_path)
 
-    @staticmethod
-    def held(folder):
-        return {p.name: p.read_text() for p in folder.iterdir()}
+    def write(self, folder):
+        return run_command("codegen", "tipper", "--target", "c", "-o", folder)
 
-    def test_all_files_are_written_and_nothing_else(self, tmp_path, old):
-        write_together(old)
-        assert self.held(tmp_path) == {"a.h": "new a.h", "b.c": "new b.c", "c.txt": "new c.txt"}
+    def test_all_files_are_written_with_their_old_permissions_and_no_others(self, tmp_path, old):
+        (tmp_path / "tipper.h").chmod(0o640)
+        assert self.write(tmp_path).exit_code == 0
+        assert sorted(held(tmp_path)) == ["tipper.c", "tipper.h", "tipper_selftest.c"]
+        assert stat.S_IMODE((tmp_path / "tipper.h").stat().st_mode) == 0o640
 
-    def test_a_full_disk_leaves_the_old_set(self, tmp_path, old):
-        before = self.held(tmp_path)
-        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
-        try:
-            with pytest.raises(DiagnosticError, match=r"b\.c.*cannot be written: File too large"):
-                write_together(old | {tmp_path / "b.c": "x" * 1001})
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        assert self.held(tmp_path) == before
+    def test_a_full_disk_leaves_the_old_set(self, tmp_path, old, full):
+        full(3000)
+        result = self.write(tmp_path)
+        full(1 << 20)
+        assert (result.exit_code, held(tmp_path)) == (1, old)
+        assert "cannot be written: File too large" in result.errors
 
-    @pytest.mark.parametrize("last", ["b.c", "c.txt"])
+    @pytest.mark.parametrize("last", ["tipper.c", "tipper_selftest.c"])
     @pytest.mark.parametrize("moves", [False, True])
     @pytest.mark.parametrize("error", [OSError(5, "Input/output error"), KeyboardInterrupt()])
     def test_a_file_that_cannot_be_moved_leaves_the_old_set(self, tmp_path, old, monkeypatch, last, error, moves):
-        before, replace = self.held(tmp_path), Path.replace
+        replace = Path.replace
 
         def failing(path, target):
-            if Path(target).name == last and "new" in path.read_text():
+            if Path(target).name == last and not path.read_text().startswith("old"):
                 if moves:  # an interrupt may come right after the last step
                     replace(path, target)
                 raise error
             return replace(path, target)
 
         monkeypatch.setattr(Path, "replace", failing)
-        with pytest.raises((DiagnosticError, KeyboardInterrupt)):
-            write_together(old)
-        assert self.held(tmp_path) == before
-
-    def test_permissions_stay(self, tmp_path, old):
-        (tmp_path / "a.h").chmod(0o640)
-        write_together(old)
-        assert stat.S_IMODE((tmp_path / "a.h").stat().st_mode) == 0o640
+        assert self.write(tmp_path).exit_code != 0
+        assert held(tmp_path) == old
 
     def test_a_folder_in_the_place_of_one_leaves_the_others(self, tmp_path, old):
-        (tmp_path / "b.c").mkdir()
-        with pytest.raises(DiagnosticError, match="this is a folder"):
-            write_together(old)
-        assert (tmp_path / "a.h").read_text() == "old a.h"
+        (tmp_path / "tipper_selftest.c").mkdir()
+        assert "this is a folder" in self.write(tmp_path).errors
+        assert held(tmp_path) == old

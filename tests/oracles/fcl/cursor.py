@@ -11,7 +11,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Name, Number
 from fuzzyctl.formats.common.report import ParseError
-from fuzzyctl.support.numerals import TOO_LARGE
+from fuzzyctl.support.shipped import TOO_LARGE
 from tests.oracles.fcl.syntax import Word
 from tests.oracles.fcl.tokens import Token, tokenize
 

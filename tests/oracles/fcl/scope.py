@@ -12,8 +12,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Binary, Call, Expr, ExprError, Name, Negate, Number, evaluate, span_of
 from fuzzyctl.formats.fll.formulas import ARGUMENTS, expanded
-from fuzzyctl.model.guarantee import Param
-from fuzzyctl.model.params import ParamValues
+from fuzzyctl.model.block import Param, ParamValues
 from tests.oracles.fcl.dialect import Dialect
 from tests.oracles.fcl.syntax import Word
 from tests.oracles.reporter import Reporter
@@ -86,7 +85,7 @@ class Scope(Reporter):
         known = [*self.params]
         help_text = did_you_mean(name.name, known) or "write a number, or declare it in a VAR block with ':= value'"
         facts = (f"constants: {listed(known)}",) if known else ()
-        self.error("FZ202", f"'{name.name}' is no number and not declared", place, facts=facts, help=help_text)
+        self.error("FZ202", f"'{name.name}' is neither a number nor declared", place, facts=facts, help=help_text)
         return None
 
     def value(self, expr: Expr) -> float | None:
@@ -112,7 +111,7 @@ class Scope(Reporter):
                 return None if first is None or second is None else Binary(op, first, second, span)
             case Call():
                 return self._call(expr)
-        return self._refused("this is no expression", span_of(expr))
+        return self._refused("this is not an expression", span_of(expr))
 
     def _refused(self, message: str, span: Span | None, **more: object) -> Expr | None:
         self.error("FZ602", message, span, **more)

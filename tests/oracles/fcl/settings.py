@@ -127,7 +127,7 @@ def _no_pair(scope: Scope, joins: frozenset[str], other: tuple[str, Setting], la
     if (other[1].keyword.upper not in joins) if jfuzzylogic else (joins != {"AND", "OR"}):
         return
     taken = "the last one counts, and the other follows from it" if jfuzzylogic else "both are taken as they are"
-    message = f"AND and OR are no pair by De Morgan's laws; here {taken}"
+    message = f"AND and OR are not a pair by De Morgan's laws; here {taken}"
     help_text = "the standard wants MIN and MAX, PROD and ASUM, or BDIF and BSUM; jFuzzyLogic takes the last one"
     note = (Note(other[1].span, "the other one"),)
     scope.warning("FZ609", message, last.span, notes=note, help=help_text)

@@ -15,8 +15,7 @@ from fuzzyctl.formats.common.ranges import warn_of_degrees_beyond
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fll.methods import KINDS, weighted_kinds
 from fuzzyctl.formulas import MEMBERSHIP, is_monotone
-from fuzzyctl.model.guarantee import Param
-from fuzzyctl.model.params import ParamValues
+from fuzzyctl.model.block import Param, ParamValues
 from fuzzyctl.model.variable import Fallback, Hold, Input, Term
 from tests.oracles.fcl import syntax as sx
 from tests.oracles.fcl.names import METHOD_WORDS

@@ -245,7 +245,7 @@ class _Assembly:
             message = "'wtaver' and 'wtsum' defuzzify Sugeno systems, and this one is of type 'mamdani'"
             self.findings.error("FZ214", message, place, help="write: DefuzzMethod='centroid', or Type='sugeno'")
         elif not sums and self.settings.kind == "sugeno":
-            message = "this is a Sugeno system, whose consequents are no sets"
+            message = "this is a Sugeno system, whose consequents are not sets"
             self.findings.error("FZ214", message, place, help="write: DefuzzMethod='wtaver'")
         return self.profile.defuzzifier(kind)
 

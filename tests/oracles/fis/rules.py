@@ -12,9 +12,9 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import ONE, Expr, Name, Number
 from fuzzyctl.formats.common.report import Findings, Reading
-from fuzzyctl.model.guarantee import Hedge
+from fuzzyctl.model.block import Hedge
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
-from fuzzyctl.support.numerals import to_number
+from fuzzyctl.support.shipped import to_number
 from tests.oracles.fis.sections import Entry, Section
 from tests.oracles.fis.variables import Variable
 from tests.oracles.fis.vocabulary import Dialect
@@ -107,7 +107,7 @@ def _codes(line: Span, start: int, end: int, findings: Findings) -> tuple[Code, 
         span = Span(line.source, match.start(), match.end())
         value = _decimal(match.group())
         if value is None:
-            findings.error("FZ601", f"'{match.group()[:20]}' is no number of a term", span, help=_FORM)
+            findings.error("FZ601", f"'{match.group()[:20]}' is not the number of a term", span, help=_FORM)
             sound = False
             continue
         whole = int(abs(value))
@@ -181,7 +181,7 @@ class RuleReader:
             if c.number
         )
         if not consequents:
-            message = "the rule names no output, so it has no effect"
+            message = "the rule does not name an output, so it has no effect"
             self.findings.warning("FZ603", message, raw.span, help="remove it")
             return None
         antecedent = self._antecedent(raw)

@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.infix import Operator, SpanParser, tokens_of
 from fuzzyctl.formats.common.report import ParseError
-from fuzzyctl.support.numerals import TOO_LARGE
+from fuzzyctl.support.shipped import TOO_LARGE
 
 #: Deepest nesting of parentheses.
 _DEEPEST: Final = 20
@@ -103,7 +103,7 @@ class _Vector(SpanParser[float]):
                 raise ParseError("a parenthesis is not closed", place)
             self.next += 1
             return value
-        raise ParseError(f"'{place.text[:40]}' {'is not a number' if text == 'nan' else 'is no number'}", place)
+        raise ParseError(f"'{place.text[:40]}' is not a number", place)
 
     def _too_deep(self, place: Span) -> ParseError:
         return ParseError("parentheses are nested too deeply", place)

@@ -13,7 +13,7 @@ from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Name, Negate, Number
 from fuzzyctl.formats.common.infix import Operator, SpanParser, tokens_of
 from fuzzyctl.formats.common.report import ParseError, Reading
 from fuzzyctl.formats.fll.formulas import ARGUMENTS, expanded, is_too_large, is_truth, negation, truth
-from fuzzyctl.support.numerals import TOO_LARGE
+from fuzzyctl.support.shipped import TOO_LARGE
 
 #: Deepest nesting of parentheses and signs.
 _DEEPEST: Final = 50

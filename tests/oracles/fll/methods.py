@@ -75,7 +75,7 @@ def _activation(kind: str, rest: list[Span], name: Span, findings: Findings) -> 
     if kind == "threshold":
         comparison = rest[0].text if rest else ">"
         if comparison not in _COMPARISONS:
-            message = f"'{comparison[:20]}' is no comparison"
+            message = f"'{comparison[:20]}' is not a comparison"
             findings.error("FZ601", message, rest[0], help=f"one of {' '.join(_COMPARISONS)}")
             return None
         bound = number(rest[1], findings) if len(rest) > 1 else Number(0.0)

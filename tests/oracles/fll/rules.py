@@ -13,7 +13,7 @@ from fuzzyctl.formats.common.infix import Operator, SpanParser
 from fuzzyctl.formats.common.report import Findings, ParseError, meant
 from fuzzyctl.formats.fll.terms import NOT_BEYOND
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
-from fuzzyctl.support.numerals import to_number
+from fuzzyctl.support.shipped import to_number
 from tests.oracles.fll.variables import Variable
 from tests.oracles.fll.vocabulary import HEDGE_WORDS
 

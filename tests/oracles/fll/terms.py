@@ -14,7 +14,7 @@ from fuzzyctl.formats.common.report import Findings, Names, ParseError, meant
 from fuzzyctl.formats.common.words import ShapeWord
 from fuzzyctl.formats.fll.terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
 from fuzzyctl.model.variable import Membership, Term
-from fuzzyctl.support.numerals import TOO_LARGE, to_number
+from fuzzyctl.support.shipped import TOO_LARGE, to_number
 from tests.oracles.fll.functions import read_formula
 from tests.oracles.fll.lines import Line
 from tests.oracles.fll.vocabulary import TERM_WORDS, TERMS
@@ -74,7 +74,7 @@ def number(span: Span, findings: Findings) -> Number | None:
     except ValueError:
         value = math.nan
     if math.isnan(value):
-        findings.error("FZ601", f"'{span.text[:40]}' is no number", span)
+        findings.error("FZ601", f"'{span.text[:40]}' is not a number", span)
         return None
     return Number(value, span=span)
 

@@ -64,7 +64,7 @@ def own_name(block: Block, findings: Findings) -> str:
         message = "the variable has no name"
         findings.error("FZ212", message, block.head.span, help=f"write: {block.head.span.text.strip(': ')}: NAME")
     elif name != given:
-        message = f"'{given[:60]}' is no name for rules; it becomes '{name[:60]}'"
+        message = f"'{given[:60]}' is not a name for rules; it becomes '{name[:60]}'"
         findings.warning("FZ604", message, block.head.value, help="names have no blanks and no parentheses")
     return name
 

@@ -6,7 +6,7 @@ import math
 from typing import Final, Literal
 
 from fuzzyctl.expr import Call, Expr, Name, Number
-from fuzzyctl.model.guarantee import Hedge
+from fuzzyctl.model.block import Hedge
 from fuzzyctl.model.variable import Membership
 
 Side = Literal["above", "below"]

@@ -32,7 +32,7 @@ def read(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]:
         return None, diagnostics
     scope = Scope(draft=_is_draft(root))
     if root.name not in _ROOTS:
-        message = f"the document is <{root.tag}>, not <fuzzySystem>, so it is no FML"
+        message = f"the document is <{root.tag}>, not <fuzzySystem>, so it is not FML"
         scope.error("FZ004", message, root.span, help="FML of IEEE 1855 begins with <fuzzySystem name=...>")
         return None, scope.diagnostics
     system = _system(root, scope, source)

@@ -9,7 +9,7 @@ from typing import Final, Literal
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ONE, Number
 from fuzzyctl.formats.common.report import Names
-from fuzzyctl.model.guarantee import Hedge
+from fuzzyctl.model.block import Hedge
 from fuzzyctl.model.method import Activation
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.variable import Input, Output, Term

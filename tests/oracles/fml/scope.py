@@ -11,7 +11,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Number
-from fuzzyctl.support.numerals import to_number
+from fuzzyctl.support.shipped import to_number
 from tests.oracles.fml.document import Element
 from tests.oracles.reporter import Reporter
 

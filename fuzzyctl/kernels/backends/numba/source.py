@@ -29,7 +29,6 @@ if numba.config.DISABLE_JIT:
 from fuzzyctl.expr import Expr
 from fuzzyctl.kernels.backends.numba import intrinsics
 from fuzzyctl.kernels.backends.numba.integrals import INNER, SCALAR, integrals_lines
-from fuzzyctl.kernels.backends.python_backend import RESULT
 from fuzzyctl.kernels.program.printer import (
     COUNTER,
     INDENT,
@@ -48,6 +47,7 @@ from fuzzyctl.kernels.program.printer import (
     text,
 )
 from fuzzyctl.kernels.program.program import STATE, Locate, Place, Program, Quadrature, Refuse
+from fuzzyctl.kernels.program.scalar import RESULT
 from fuzzyctl.support.private_folders import cache_folder, is_private
 
 #: Name of the argument.

@@ -11,7 +11,7 @@ from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Where, minus, names_in, plus, times, walk
 from fuzzyctl.formulas import AGGREGATIONS, IMPLICATIONS, MEMBERSHIP, alpha_cut
-from fuzzyctl.formulas.sigmoid_extrema import bisected
+from fuzzyctl.formulas.sigmoids import bisected
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, in_units, unit_of
 from fuzzyctl.kernels.inference.defuzzify.maxima import has_cuts
 from fuzzyctl.kernels.inference.defuzzify.sampling import aggregated, implied_degrees

@@ -8,7 +8,7 @@ from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Logic, Name, Number, Where, minus, plus, times
 from fuzzyctl.formulas import MEMBERSHIP, Cut, alpha_cut
-from fuzzyctl.formulas.shared import is_infinite
+from fuzzyctl.formulas.formula import is_infinite
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, in_units, unit_of
 from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, Step, largest
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan

@@ -141,7 +141,7 @@ class TestRun:
 V_C = 'output v_c unit "m/s" = drift_x + k * x_e + slow\n'
 #: What is wrong: the text replaced, what takes its place, and what the answer holds.
 MISTAKES = {
-    "no such input": ("y_e", "y_err", ["input 'y_err' is nothing that the formation offers", "y_e [m]"]),
+    "no such input": ("y_e", "y_err", ["input 'y_err' is not a signal of the formation", "y_e [m]"]),
     "a unit of an input": ('x_e unit "m"', 'x_e unit "mm"', ["input 'x_e' has the unit mm, and the formation gives m"]),
     "a missing command": ("output v_c", "output v", ["controller 'mine' has no output 'v_c'", "omega_c [rad/s]"]),
     "a unit of a command": (V_C, 'output v_c unit "m" = x_e\n', ["output 'v_c' has the unit m, ", "takes m/s"]),

@@ -430,7 +430,7 @@ MISTAKES = [
     ("terms", "TERM low := TRIAN 0 1; TERM high := 1;", "FZ303", 13, "'TRIAN' has 2 parameters instead of 3"),
     ("terms", "TERM low := TRAIN 0 1 2; TERM high := 1;", "FZ601", 13, "no shape 'TRAIN'"),
     ("terms", "TERM low := (0, 1) (2; TERM high := 1;", "FZ601", 22, "expected ',', found ';'"),
-    ("terms", "TERM low := width; TERM high := 1;", "FZ202", 13, "'width' is no number and not declared"),
+    ("terms", "TERM low := width; TERM high := 1;", "FZ202", 13, "'width' is neither a number nor declared"),
     ("terms", "TERM low := SINGLETONS (1, 1) (2, 0.5); TERM high := 1;", "FZ602", 13, "several singletons"),
     ("terms", "TERM low := FUNCTION y; TERM high := 1;", "FZ202", 22, "no variable 'y'"),
     ("terms", "TERM low := 1; TERM high := 1; METHOD : COG;", "FZ214", 32, "METHOD belongs to DEFUZZIFY"),

@@ -15,8 +15,8 @@ from fuzzyctl.formats.fml.vocabulary import HEDGES, MODIFIERS
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.compile import degree_function
 from fuzzyctl.loading.load import loads
+from fuzzyctl.model.block import Hedge
 from fuzzyctl.model.checks.checks import check_model
-from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import Defuzzifier, Method, Semantics
 from fuzzyctl.model.rule import And, Consequent, Is, Rule
 from fuzzyctl.model.system import FuzzySystem
