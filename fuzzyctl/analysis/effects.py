@@ -36,12 +36,12 @@ MOST_COMPARED: Final = 300
 Named = tuple[str, str]
 
 
-def diagnostics(system: FuzzySystem, flat: Plan, work: Work | None = None) -> list[Diagnostic]:
+def diagnostics(system: FuzzySystem, flat: Plan, work: Work) -> list[Diagnostic]:
     """Report rules that never act and terms of inputs whose degree is 0 in the whole range, each cause once."""
     semantics = system.method.semantics
     if semantics.least is None or semantics.chained != "value":
         return []  # there a rule may act that does not fire, or fire though its terms lie apart
-    idle = _Idle(system, flat, Work() if work is None else work)
+    idle = _Idle(system, flat, work)
     results = [_dead_term(system, idle, term) for term in idle.zero]
     for position, rule in enumerate(system.rules):
         named = {(i.variable, i.term) for i in literals(rule.antecedent)}

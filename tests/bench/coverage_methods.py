@@ -19,13 +19,12 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from fuzzyctl import FuzzySystem, load, loads
+from fuzzyctl import DiagnosticError, FuzzySystem, load, loads
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.branch_and_bound.queue import Search
 from fuzzyctl.analysis.coverage.box_search import Hole
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.degrees import CERTAIN
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.kernels.plan.build import plan
 from tests.frozen.systems import SYSTEMS
 from tests.frozen.test_verdicts import DRAWN, drawn

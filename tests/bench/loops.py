@@ -21,8 +21,8 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parents[1]))
 
 import fuzzyctl  # noqa: E402 - found by the line above
-from fuzzyctl.support.shipped import rules_folder  # noqa: E402 - found by the line above
 from tests.bench.measure import FLAGS, pointer  # noqa: E402 - found by the line above
+from tests.shipped import rules_folder  # noqa: E402 - found by the line above
 
 #: Samples of the fuzzy loop beside C, and signals of it that are recorded.
 SAMPLES = 100_001

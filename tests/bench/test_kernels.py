@@ -1,7 +1,6 @@
 """The kernels beside hand-written C: the same numbers.
 
-`pytest tests/bench -n 0 --benchmark-enable` prints what each costs, `python tests/bench/table.py`
-prints all of it in one table, with the ratios.
+`python tests/bench/table.py` prints what each costs, with the ratios.
 """
 
 from __future__ import annotations
@@ -47,28 +46,6 @@ def test_the_c_computes_the_same(limits: Any, workload: Workload, form: str) -> 
     for backend in ("numba", "numpy"):
         found = fuzzyctl.compile(fuzzyctl.loads(workload.text), backend).batch(points)
         np.testing.assert_allclose(found, out, rtol=1e-12, atol=1e-12)
-
-
-@EACH
-@pytest.mark.parametrize("backend", ["numba", "numpy"])
-def test_batch(benchmark: Any, workload: Workload, backend: str) -> None:
-    kernel = fuzzyctl.compile(fuzzyctl.loads(workload.text), backend)
-    points, out = workload.points(100_000), np.empty(100_000)
-    kernel.batch(points[:10])
-    benchmark(kernel.batch, points, out=out, parallel=False)
-
-
-@EACH
-@pytest.mark.parametrize("backend", ["numba", "python"])
-def test_call(benchmark: Any, workload: Workload, backend: str) -> None:
-    kernel = fuzzyctl.compile(fuzzyctl.loads(workload.text), backend)
-    points = [tuple(p) for p in workload.points(1000).tolist()]
-    benchmark(lambda: [kernel(x, y) for x, y in points])
-
-
-@EACH
-def test_text_to_callable(benchmark: Any, workload: Workload) -> None:
-    benchmark(lambda: fuzzyctl.compile(fuzzyctl.loads(workload.text), "python"))
 
 
 def test_the_table_sets_each_way_against_another() -> None:

@@ -1,7 +1,7 @@
 """The compiled loop against a hand-written C loop of the same model: the same trajectory, in at most 1.5 times the
 time.
 
-`pytest tests/bench -n 0 --benchmark-enable` prints both in a table; a plain run compares them too, round by round.
+Both are timed in turns, round by round.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import ctypes
 import shutil
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -123,14 +122,3 @@ def test_the_compiled_loop_takes_at_most_half_as_long_again(
         by_hand = c_loop(library, simulation)[2]
         ratios.append(simulate.run(simulation).wall_s / by_hand)
     assert sorted(ratios)[ROUNDS // 2] < MOST, [round(r, 2) for r in ratios]
-
-
-@pytest.mark.benchmark(group="the paper's 200 s, three robots")
-@pytest.mark.parametrize("loop", ["compiled", "C"])
-def test_time_of_the_paper_run(
-    benchmark: Callable[..., Any], library: ctypes.CDLL, simulation: simulate.Simulation, loop: str
-) -> None:
-    if loop == "C":
-        benchmark(lambda: c_loop(library, simulation))
-    else:
-        benchmark(lambda: simulate.run(simulation))

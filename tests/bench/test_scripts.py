@@ -16,7 +16,7 @@ from tests.bench.trials import OPTIMISATIONS, SIZES, files
 from tests.bench.workloads import WORKLOADS
 from tests.frozen.systems import SYSTEMS
 
-NUMBA = pytest.importorskip("numba")
+pytest.importorskip("numba")
 
 
 def test_the_cost_of_nan_is_measured_in_batches_and_loops() -> None:
@@ -91,11 +91,3 @@ class TestOptimisations:
     def test_each_has_a_row_in_the_docs(self, optimisation) -> None:
         page = Path(__file__).parents[2] / "docs/explanation/optimisations.md"
         assert f"\n| {optimisation.name} | " in page.read_text(encoding="utf-8")
-
-    def test_each_is_measured_with_and_without(self, monkeypatch) -> None:
-        monkeypatch.setattr(optimisations, "ROUNDS", 1)
-        monkeypatch.setattr(optimisations, "SECONDS", 0.0)
-        (decisions,) = (own for own in OPTIMISATIONS if own.name == "decisions")
-        found = optimisations.measured(decisions, WORKLOADS[0].text)
-        assert set(found) == {"Python", "to callable"}
-        assert all(0.0 < ratio < 1e6 for ratio in found.values())

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import fuzzyctl
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl import DiagnosticError, FuzzySystem
 from fuzzyctl.kernels.algorithms import interpolation, select
 from fuzzyctl.kernels.backends import numpy_backend
 from fuzzyctl.kernels.backends.numba import machine_code
@@ -21,7 +21,6 @@ from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify import centroid, defuzzify
 from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.printer import SCALAR, counted_or_searched
-from fuzzyctl.model.system import FuzzySystem
 from tests.bench.growth import complete
 
 ROOT = Path(__file__).parents[2]

@@ -2,8 +2,7 @@
 
 import pytest
 
-from fuzzyctl import loads
-from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl import ArgumentError, loads
 from fuzzyctl.kernels.algorithms.select import ALGORITHMS, algorithm_of
 from fuzzyctl.kernels.backends import numpy_backend
 from fuzzyctl.kernels.backends.numba import source as numba_backend

@@ -8,8 +8,7 @@ from random import Random
 
 import pytest
 
-from fuzzyctl import check, dumps, load, loads, output_bounds, prove
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl import DiagnosticError, check, dumps, load, loads, output_bounds, prove
 from tests import shipped
 from tests.frozen.kept import check_kept
 from tests.frozen.systems import SYSTEMS

@@ -4,12 +4,12 @@ import math
 
 import hypothesis.strategies as st
 
+from fuzzyctl import FuzzySystem
 from fuzzyctl.expr import Binary, Call, Name, Number
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, HEDGES, MEMBERSHIP, inverse_hedge
 from fuzzyctl.model.block import Hedge
 from fuzzyctl.model.method import MAXIMA, TSUKAMOTO, Activation, Defuzzifier, Method, Semantics
 from fuzzyctl.model.rule import And, Consequent, Is, Not, Or, Rule, RuleBlock
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 
 #: Names of two inputs, three outputs, three terms and a hedge.
@@ -109,7 +109,8 @@ OVER_RULES = ("weighted_average", "center_average", "weighted_sum", *TSUKAMOTO)
 OVER_SETS = ("centroid", "bisector", *MAXIMA)
 RULES = {
     "centroid": [None, "plain", "trapezoid"],
-    "bisector": [None, "interpolated", "first", "nearest", "walk", "two_sided"],
+    "bisector": [None, "interpolated", "first", "nearest", "walk", "two_sided", "between"],
+    **{kind: [None, None, "running"] for kind in MAXIMA},
 }
 
 
@@ -123,7 +124,7 @@ def defuzzifiers(draw, kind):
     if draw(st.booleans()):
         options["resolution"] = draw(st.sampled_from([2, 9, 10]))
         options["grid"] = draw(st.sampled_from(["midpoint", "endpoints", "left"]))
-        options["rule"] = draw(st.sampled_from(RULES.get(kind, [None])))
+        options["rule"] = None if options.get("by") == "magnitude" else draw(st.sampled_from(RULES[kind]))
     return Defuzzifier(kind=kind, **options)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from hypothesis import HealthCheck, Phase, settings
 
-from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
+from fuzzyctl import NoRuleFiresError
 from tests.sizes import examples
 
 

@@ -13,12 +13,11 @@ import numpy as np
 import pytest
 from hypothesis import given, note
 
-from fuzzyctl import loads
+from fuzzyctl import FuzzyctlError, loads
+from fuzzyctl import compile as compile_system
 from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.multilinear.surface import surface_of
-from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
 from tests.properties.drawn_systems import KINDS
 from tests.properties.drawn_tables import systems as drawn_tables

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzyctl.codegen import python_source
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.prepare import prepare
@@ -97,8 +96,9 @@ def test_the_python_module_agrees_with_the_kernel(system, seed):
     if unit is None:
         return
     names = {"__name__": "generated"}
-    exec(compile(python_source.module(unit), "generated", "exec"), names)
-    function = names[python_source.module_name(unit)]
+    ((path, text),) = generate(unit, "python").files.items()
+    exec(compile(text, "generated", "exec"), names)
+    function = names[path.removesuffix(".py")]
     for vector in list(chain(*in_parts(unit, seed=seed)))[::7]:
         if vector.refused:
             with pytest.raises(ArithmeticError):

@@ -7,11 +7,11 @@ import hypothesis.strategies as st
 import numpy as np
 from hypothesis import given, note
 
+from fuzzyctl import compile as compile_system
 from fuzzyctl import loads
 from fuzzyctl.analysis.coverage.box_search import Search
 from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.formulas import CONJUNCTIONS
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
 from tests.properties.running import quick
 

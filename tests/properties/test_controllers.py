@@ -8,11 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fuzzyctl
+from fuzzyctl import DiagnosticError
 from fuzzyctl.codegen.fixed.fixed_format import to_format
 from fuzzyctl.codegen.fixed.fixed_step import fixed_step
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import look_through
 from tests.fuzzyctl.codegen.conftest import SANITIZED
 from tests.fuzzyctl.codegen.steps.targets import (
     by_c,
@@ -109,9 +107,7 @@ def controllers(draw):
 
 
 def step_of(text, backend):
-    examined = look_through(SourceText("c.fz", text))
-    assert [d for d in examined.diagnostics if d.severity == "error"] == []
-    return fuzzyctl.compile(examined.controllers[-1], backend)
+    return fuzzyctl.compile(fuzzyctl.loads(text, block="drawn"), backend)
 
 
 def require_equal(text, backends):

@@ -1,19 +1,23 @@
-"""Slips of typists and of hands from other tools: `check --fix` brings most texts back and makes none worse."""
+"""Slips of typists and of hands from other tools: found on their line, and repaired by `check --fix` without harm."""
 
 import random
 import re
+import shutil
 from collections import Counter
+from itertools import islice
 from pathlib import Path
 
 import pytest
 
+import fuzzyctl
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.fixing import errors_of, fix_source
-from fuzzyctl.support.shipped import rules_folder
 from tests import sizes
-from tests.properties.test_mutations import TOKEN
+from tests.shipped import LAWS, rules_folder
 
 PUBLISHED = Path(__file__).parent.parent / "registry" / "published"
+TOKEN = re.compile(r'"[^"\n]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|[^\W\d]\w*|<=|>=|==|!=|[^\s]')
+LAW_NAMES = {path.name for path in LAWS}
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
 
@@ -136,7 +140,7 @@ def words_of(text):
 def test_sure_fixes_bring_texts_back_and_make_none_worse():
     rng = random.Random(20)
     files = [(path, path.read_text(encoding="utf-8")) for path in texts()]
-    wanted, seen, equal = sizes.examples(1000, 60), Counter(), Counter()
+    wanted, seen, equal = sizes.examples(1000, 30), Counter(), Counter()
     while seen.total() < wanted:
         path, text = rng.choice(files)
         made = mutant(rng, text)
@@ -176,3 +180,55 @@ def test_lines_with_several_slips_come_back(count, share):
         equal += same
         others += [] if same else [(line, fixed[i])]
     assert equal >= share * wanted, (equal, wanted, others)
+
+
+def slips_of(text):
+    """Yield (kind, line number, mutated text) for every token of every line of code, and every dropped row."""
+    lines = text.split("\n")
+    for i, line in enumerate(lines):
+        code = line.split("#")[0]
+        tokens = list(TOKEN.finditer(code))
+        for k, token in enumerate(tokens):
+            a, b = token.span()
+            after = tokens[k + 1] if k + 1 < len(tokens) else None
+            changes = {"delete": line[:a] + line[b:], "double": line[:b] + " " + line[a:]}
+            if after is not None:
+                swapped = after[0] + line[b : after.start()] + token[0]
+                changes["swap"] = line[:a] + swapped + line[after.end() :]
+            if len(token[0]) > 3 and token[0].isidentifier():
+                changes["misspell"] = line[: a + 1] + line[a + 2 :]
+            for kind, changed in changes.items():
+                if changed.split() != line.split():
+                    yield kind, i + 1, "\n".join([*lines[:i], changed, *lines[i + 1 :]])
+        if "|" in code:
+            yield "drop row", i, "\n".join([*lines[:i], *lines[i + 1 :]])
+
+
+def errors_on_load(path, text):
+    """Return the errors of a changed shipped file, which may use the others of its folder."""
+    path.write_text(text, encoding="utf-8")
+    try:
+        fuzzyctl.load(path, block=fuzzyctl.Controller if path.name in LAW_NAMES else fuzzyctl.FuzzySystem)
+    except fuzzyctl.DiagnosticError as error:
+        return error.diagnostics
+    except fuzzyctl.FuzzyctlError:  # it is another block
+        return []
+    return []
+
+
+def test_slips_are_found_on_their_line(tmp_path):
+    # A token has up to four slips, mostly three, so that each 41st one is of all kinds in turn: 170 of 7,000.
+    step = 1 if sizes.LONG else 41
+    elsewhere, found = [], 0
+    for path in shutil.copytree(rules_folder(), tmp_path / "rules").glob("*.fz"):
+        original = path.read_text(encoding="utf-8")
+        for kind, line, text in islice(slips_of(original), 0, None, step):
+            errors = errors_on_load(path, text)
+            lines = {d.span.line for d in errors if d.span is not None}
+            if errors and lines.isdisjoint(range(1, line + 1) if kind == "drop row" else (line,)):
+                elsewhere.append((path.name, kind, line, sorted(lines), errors[0].message))
+            elif errors:  # else another valid system, such as one with two terms swapped in a table
+                found += 1
+        path.write_text(original, encoding="utf-8")
+    assert found > 3000 // step
+    assert found >= 19 * len(elsewhere), elsewhere

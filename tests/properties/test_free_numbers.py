@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, note
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
+from fuzzyctl import ArgumentError, ValueOutOfBoundsError
+from fuzzyctl import compile as compile_system
 from fuzzyctl.expr import Number
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.free_numbers import parametrised
 from tests.properties.drawn_systems import KINDS, points
 from tests.properties.running import quick, total
@@ -59,7 +59,7 @@ def alike(a, b):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@quick(120)
+@quick(120, 10)
 @given(data=st.data())
 def test_free_numbers_are_those_of_the_system(kind, data):
     system = total(data.draw(KINDS[kind]))
@@ -101,7 +101,7 @@ def slopes(function, start, steps):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@quick(80)
+@quick(80, 8)
 @given(data=st.data())
 def test_gradients_are_the_limits_of_differences(kind, data):
     system = total(data.draw(KINDS[kind]))

@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzyctl import Proved, Undecided
+from fuzzyctl import Kernel, Proved, Undecided
 from fuzzyctl.analysis.induction.prover import ControllerProver
-from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.step_form import StepForm
 from tests import sizes
 from tests.properties.running import quick
@@ -104,13 +103,13 @@ def require_kept(text, steps):
 
 
 @given(claimed(GROWING))
-@quick(700, 25)
+@quick(700, 12)
 def test_no_run_breaks_what_is_proved_of_a_state_that_grows(text):
     require_kept(text, 10_000 if sizes.LONG else 600)
 
 
 @given(claimed((*GROWING, *BOUNDED)))
-@quick(300, 15)
+@quick(300, 8)
 def test_no_run_breaks_what_is_proved_of_mixed_states(text):
     require_kept(text, 10_000 if sizes.LONG else 600)
 
@@ -119,7 +118,7 @@ SEEN = []
 
 
 @given(claimed(BOUNDED, inputs=("in [-1, 1]",)))
-@quick(200, 30)
+@quick(200, 20)
 def draw_bounded(text):
     SEEN.extend(not isinstance(v, Undecided) for _, v in proofs_of(text)[0])
     require_kept(text, 600)

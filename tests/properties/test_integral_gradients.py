@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 
-from fuzzyctl.formulas.norms import AGGREGATIONS, IMPLICATIONS
-from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.loading.load import loads
-from tests import sizes
+from fuzzyctl import compile as compile_system
+from fuzzyctl import loads
+from fuzzyctl.formulas import AGGREGATIONS, IMPLICATIONS
 from tests.properties.running import quick
 
 TEXT = """
@@ -68,7 +67,7 @@ def difference(function, x, step):
 
 
 @pytest.mark.parametrize("defuzzifier", ["centroid", "bisector"])
-@quick(sizes.examples(200, 12))
+@quick(200, 6)
 @given(
     pair=st.sampled_from(PAIRS) | st.sampled_from(JUMPING),
     hedge=st.sampled_from(["", "odd", "wavy"]),

@@ -10,16 +10,15 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, note
 
-from fuzzyctl.analysis.bounds import output_bounds
+from fuzzyctl import FuzzySystem, output_bounds
+from fuzzyctl import compile as compile_system
 from fuzzyctl.analysis.coverage.box_search import Hole
 from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.expr import Number
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.rule import Consequent, Is, Rule
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Membership, Output, Term
 from tests.properties.drawn_systems import PLAIN_RANGES, linear_terms, plain_systems, points
 from tests.properties.running import evaluated, quick

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from fuzzyctl import compile as compile_system
 from fuzzyctl import loads
 from fuzzyctl.codegen import table_error
 from fuzzyctl.codegen.errors import CodegenError
@@ -14,7 +15,6 @@ from fuzzyctl.codegen.fixed.fixed_format import Format
 from fuzzyctl.codegen.fixed.fixed_system import fixed_point
 from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.vectors import Reference
-from fuzzyctl.kernels.compile import compile as compile_system
 from tests.properties.around import points_around
 from tests.properties.running import quick
 from tests.properties.test_active import systems as active_tables
@@ -26,7 +26,7 @@ def _soon(monkeypatch):
     monkeypatch.setattr(table_error, "MOST_OPERATIONS", 400_000)
 
 
-@quick(14)
+@quick(14, 2)
 @given(case=active_tables(otherwise=(" else -3",)), data=st.data())
 def test_errors_hold_for_all_rules(case, data):
     text, knots = case

@@ -6,8 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fuzzyctl
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import look_through
 from fuzzyctl.simulation.simulate import solved
 from tests.properties.running import quick
 from tests.properties.test_controllers import controllers
@@ -38,9 +36,7 @@ def loops(draw, plants=(*PLANTS, DELAYED)):
 
 
 def loaded(text):
-    examined = look_through(SourceText("l.fz", text))
-    assert [d for d in examined.diagnostics if d.severity == "error"] == []
-    return examined.loops[0]
+    return fuzzyctl.loads(text, block="l")
 
 
 def require_the_steps_of_the_controller_alone(loop, run):

@@ -107,7 +107,7 @@ def cases(draw):
 
 
 @given(cases(), st.integers(0, 2**32 - 1), st.booleans())
-@quick(4000, 80)
+@quick(4000, 30)
 def test_what_is_computed_lies_in_its_enclosure(case, seed, nearest):
     definitions, box = case
     given = {n: Enclosure(np.array([lo]), np.array([hi]), None, np.array(0.0)) for n, (lo, hi) in box.items()}

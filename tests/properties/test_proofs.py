@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 from hypothesis import given, note
 
-from fuzzyctl import Proved, Refuted, loads, prove
+from fuzzyctl import FuzzyctlError, NoRuleFiresError, Proved, Refuted, loads, prove
+from fuzzyctl import compile as compile_system
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.branch_and_bound.queue import start_of
 from fuzzyctl.analysis.multilinear.surface import surface_of
-from fuzzyctl.diagnostics.diagnostic import FuzzyctlError, NoRuleFiresError
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
 from tests.properties.around import points_around
 from tests.properties.drawn_systems import KINDS

@@ -150,7 +150,7 @@ class Curves:
 @pytest.mark.parametrize("seed", range(COUNT))
 def test_arb_agrees_about_curved_systems(seed):
     case = Curves(seed)
-    (extent,) = extents(loads(case.text), timeout=1.0)
+    (extent,) = extents(loads(case.text), timeout=1.0 if COUNT >= 24 else 0.3)
     rng = random.Random(seed)
     corners = [(-2.0, -2.0), (2.0, 2.0), (-2.0, 2.0), (2.0, -2.0)]
     for x, y in [*corners, *((rng.uniform(-2, 2), rng.uniform(-2, 2)) for _ in range(200))]:
@@ -160,14 +160,7 @@ def test_arb_agrees_about_curved_systems(seed):
     for at, found in ((extent.lo_at, extent.lo_found), (extent.hi_at, extent.hi_found)):
         if at is not None:
             assert abs(case.value(flint.arb(at["x"]), flint.arb(at["y"])) - flint.arb(found)) < 1e-12
-
-
-@pytest.mark.parametrize("seed", range(COUNT))
-def test_arb_finds_no_slope_beyond_the_bound(seed):
-    case = Curves(seed)
-    (extent,) = extents(loads(case.text), timeout=1.0)
-    rng = random.Random(seed)
-    for _ in range(100):
+    for _ in range(100):  # no slope is beyond its bound
         x, y, h = rng.uniform(-2, 1.999), rng.uniform(-2, 2), 0.001
         rise = abs(case.value(flint.arb(x + h), flint.arb(y)) - case.value(flint.arb(x), flint.arb(y)))
         assert not rise > flint.arb(extent.steepness["x"]) * (flint.arb(x + h) - flint.arb(x)) * 1.000001

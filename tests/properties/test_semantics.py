@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 import fuzzyctl
 from fuzzyctl.analysis.coverage.box_search import Hole
 from fuzzyctl.analysis.coverage.coverage import uncovered
-from fuzzyctl.resolve.settings import CHOICES
 from tests.reference.interpreter import Reference
 from tests.sizes import examples
 
@@ -28,15 +27,15 @@ SETS = "  lo = triangle(-3, 1, 4)\n  mid = triangle(2, 5, 7)\n  hi = triangle(6,
 FUNCTIONS = "  lo = constant(2)\n  mid = constant(2)\n  hi = linear(0.4, -3, 2)\n"
 
 KNOBS = {
-    "weight": st.sampled_from(CHOICES["weight"]),
-    "merge": st.sampled_from(CHOICES["merge"]),
-    "total": st.sampled_from(CHOICES["total"]),
+    "weight": st.sampled_from(["before", "after"]),
+    "merge": st.sampled_from(["rules", "terms", "places"]),
+    "total": st.sampled_from(["activations", "strengths", "all_rules"]),
     "least": st.sampled_from(["none", "0", "0.0137", "0.31"]),
     "equal": st.sampled_from(["0", "0.213"]),
     "chained": st.just("degree"),
-    "consequent_hedges": st.sampled_from(CHOICES["consequent_hedges"]),
-    "extremely": st.sampled_from(CHOICES["extremely"]),
-    "sigmoid_difference": st.sampled_from(CHOICES["sigmoid_difference"]),
+    "consequent_hedges": st.sampled_from(["set", "activation", "carried", "undone"]),
+    "extremely": st.sampled_from(["contrast", "cube"]),
+    "sigmoid_difference": st.sampled_from(["magnitude", "clamped"]),
 }
 
 
@@ -139,13 +138,6 @@ def test_bounds_hold_whatever_the_semantics(text):
 
 @settings(max_examples=examples(40), deadline=None)
 @given(systems())
-def test_what_is_written_reads_back(text):
-    system = fuzzyctl.loads(text)
-    assert fuzzyctl.loads(fuzzyctl.dumps(system)) == system
-
-
-@settings(max_examples=examples(40), deadline=None)
-@given(systems())
 def test_coverage_is_sound_whatever_the_semantics(text):
     system = fuzzyctl.loads(text.replace("else midpoint", "else nan").replace("else 3.5", "else nan"))
     wanted = expected(system)
@@ -191,38 +183,6 @@ class TestMoreThanOnePoint:
             previous |= {k: v for k, v in zip("yz", rows[-1], strict=True) if not math.isnan(v)}
         np.testing.assert_allclose(found(system, backend, points), rows, rtol=1e-12)
         assert rows[-1] == [8.0, 10.0]
-
-    def test_outputs_that_read_each_other_in_functions_are_refused(self):
-        circle = self.TEXT.format(4).replace("a + 1", "z + 1")
-        with pytest.raises(fuzzyctl.DiagnosticError, match="FZ217"):
-            fuzzyctl.loads(circle)
-
-
-@pytest.mark.parametrize(
-    ("knobs", "rule"),
-    [
-        ("merge=terms, total=strengths", "if a is lo then y is lo"),
-        ("total=all_rules, consequent_hedges=activation", "if a is lo then y is very lo"),
-        ("consequent_hedges=undone", "if a is lo then y is any lo"),
-        ("consequent_hedges=set", "if a is lo then y is very lo"),
-    ],
-)
-def test_knobs_that_do_not_go_together_are_refused(knobs, rule):
-    text = f"system s\nsemantics exact({knobs})\ndefuzzifier weighted_average\n{INPUTS}output y in [0, 10] else nan\n"
-    with pytest.raises(fuzzyctl.DiagnosticError, match="FZ214"):
-        fuzzyctl.loads(f"{text}{FUNCTIONS}{rule}\n")
-
-
-@pytest.mark.parametrize(("how", "expected_z"), [("activation", 0.5), ("carried", 0.25)])
-def test_a_hedge_is_carried_to_later_consequents_where_the_semantics_say_so(how, expected_z):
-    text = (
-        f"system s\nsemantics exact(consequent_hedges={how})\ndefuzzifier weighted_sum\n{INPUTS}"
-        + "".join(f"output {o} in [0, 10] else nan\n{FUNCTIONS}" for o in ("y", "z"))
-        + "if a is lo then y is very lo, z is lo\n"
-    )
-    system = fuzzyctl.loads(text)
-    assert system(a=2.25, b=0) == {"y": 2 * 0.25, "z": 2 * expected_z}
-    assert Reference(system, (2.25, 0)).values() == [2 * 0.25, 2 * expected_z]
 
 
 def test_a_rule_reads_how_far_the_rules_before_have_activated_a_term():

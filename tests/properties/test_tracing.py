@@ -6,10 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError, NoRuleFiresError
-from fuzzyctl.explain.trace import trace
-from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.model.as_profile import as_profile
+from fuzzyctl import DiagnosticError, NoRuleFiresError, as_profile, why
+from fuzzyctl import compile as compile_system
 from fuzzyctl.model.profiles import PROFILES
 from tests.properties.drawn_systems import plain_systems, points, systems
 from tests.properties.running import evaluated, quick
@@ -20,7 +18,7 @@ ODD = st.sampled_from([math.nan, math.inf, -math.inf])
 def compare(system, kernel, point):
     expected = evaluated(kernel, point)
     try:
-        found = trace(system, dict(zip((i.name for i in system.inputs), point, strict=True)))
+        found = why(system, **dict(zip((i.name for i in system.inputs), point, strict=True)))
     except NoRuleFiresError:
         assert expected == "error"
         return

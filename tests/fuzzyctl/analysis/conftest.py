@@ -1,8 +1,7 @@
 import pytest
 
 from fuzzyctl import load
-from fuzzyctl.support.shipped import rules_folder
-from tests.shipped import SYSTEMS
+from tests.shipped import SYSTEMS, rules_folder
 
 
 @pytest.fixture(scope="session")

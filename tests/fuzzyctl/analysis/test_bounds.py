@@ -3,10 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from fuzzyctl import loads
-from fuzzyctl.analysis.bounds import output_bounds
-from fuzzyctl.analysis.check import check_source
-from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl import loads, output_bounds
+from fuzzyctl.testing import check_text
 
 
 class TestAverages:
@@ -162,7 +160,7 @@ if x is P then u is {second}
         text = self.TEXT.format(
             defuzzifier=defuzzifier, where=where, clauses=clauses, terms=terms, first=first, second=second
         )
-        return [d for d in check_source(SourceText("s.fz", text))[1] if d.code == "FZ408"]
+        return [d for d in check_text(text, "s.fz")[1] if d.code == "FZ408"]
 
     @pytest.mark.parametrize(
         ("first", "second", "bounds"),

@@ -1,20 +1,14 @@
 """Claims about controllers: known truths, states by induction, witnesses that are replayed, bounds."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 
 import fuzzyctl
 from fuzzyctl import Proved, Refuted, Undecided
-from fuzzyctl.analysis.induction.bounds import controller_bounds
-from fuzzyctl.analysis.induction.prover import ControllerProver
-from fuzzyctl.analysis.induction.step_model import BoxedStep
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.kernels.plan.expansion import _changed
-from fuzzyctl.loading.load import load, look_through
-from fuzzyctl.model.controller import Controller
-from fuzzyctl.support.shipped import rules_folder
+from tests.shipped import rules_folder
 
 #: Seconds; what is decided here takes one at the most.
 AMPLE = 60.0
@@ -33,9 +27,7 @@ GAP = SURFACE.format(otherwise=" else {}", rules="if e is P then u is P")
 
 
 def controller_of(text):
-    examined = look_through(SourceText("c.fz", text))
-    assert [d.message for d in examined.diagnostics if d.severity == "error"] == []
-    return examined.controllers[-1]
+    return fuzzyctl.loads(text, block=re.findall(r"^controller (\w+)", text, re.MULTILINE)[-1])
 
 
 def verdicts(text, timeout=AMPLE):
@@ -364,7 +356,7 @@ class TestBounds:
         ],
     )
     def test_no_end_depends_on_how_far_numbers_without_an_end_are_taken(self, value, ends):
-        found = controller_bounds(controller_of(f"controller c\ninput x\noutput y = {value}\n"), 0.02)["y"]
+        found = fuzzyctl.output_bounds(controller_of(f"controller c\ninput x\noutput y = {value}\n"))["y"]
         assert (found.lo, found.hi) == pytest.approx(ends, rel=1e-9)
         assert (found.lo == 0.0) == (ends[0] == 0.0)
 
@@ -376,40 +368,11 @@ class TestBounds:
         assert outputs.max() <= bound.hi
 
 
-def test_no_point_is_tried_where_enclosures_settle_a_claim(monkeypatch):
-    monkeypatch.setattr(ControllerProver, "_by_run", None)
-    monkeypatch.setattr("fuzzyctl.analysis.induction.prover.Judge.broken", None)
-    gain = "state k in [0.1, inf) = 0.1\nnext k = max(0.1, k + x)\noutput g = k\nrequire g > 0\n"
-    assert all(isinstance(v, Proved) for v in verdicts(HEAD + OUT + gain))
-
-
 def test_progress_is_reported():
     seen = []
     text = HEAD + OUT + "require x * x - x + 0.25 >= 0 within 1e-6\n"
     fuzzyctl.prove(controller_of(text), progress=lambda claim, settled, open_: seen.append(claim))
     assert set(seen) == {"x * x - x + 0.25 >= 0 within 1e-6"}
-
-
-def test_a_claim_that_holds_over_all_values_at_once_needs_no_cells(monkeypatch):
-    monkeypatch.setattr(BoxedStep, "cells", lambda *_: pytest.fail("the claim holds in one box"))
-    prover = ControllerProver(controller_of(HEAD + OUT + "require x <= 2\n"), timeout=10.0)
-    assert isinstance(prover.verdict(prover.claims.own[0]), Proved)
-    assert "step" not in vars(prover.replay), "no kernel is written for a claim without witness"
-
-
-def test_calls_with_the_params_that_a_system_has_share_all_that_it_keeps():
-    (called,) = (
-        i for i in load(rules_folder() / "immune_channel.fz", block=Controller).systems if i.name == "ais_reaction"
-    )
-    numbers = {p.name: called.values[p.name] for p in called.params}
-    assert _changed(called, {"k_s": numbers["k_s"]}) is called
-    other = _changed(called, {"k_s": 0.5 * numbers["k_s"]})
-    assert other.values["k_s"] == 0.5 * numbers["k_s"]
-
-
-def test_no_time_leaves_claims_undecided():
-    prover = ControllerProver(controller_of(HEAD + OUT + "require x <= 2\n"), timeout=0.0)
-    assert isinstance(prover.verdict(prover.claims.own[0]), Undecided)
 
 
 def test_a_witness_beside_a_round_number_is_printed_in_full():

@@ -1,15 +1,13 @@
 """Places where an output changes at once."""
 
 import math
+import re
+from types import SimpleNamespace
 
 import pytest
 
 from fuzzyctl import check, loads
-from fuzzyctl.analysis.check import check_source
-from fuzzyctl.analysis.coverage.coverage import uncovered_of
-from fuzzyctl.analysis.jumps import largest_jump
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.testing import check_text
 
 SWITCH = """system s
 param p = 6
@@ -30,14 +28,18 @@ table u = x x y
 
 
 def jump(a="ramp(6, 4)", b="ramp(4, 6)", otherwise="", cell="high", where=""):
+    """Return what is reported of the largest jump, None without one; its values are those of the system there."""
     system = loads(SWITCH.format(a=a, b=b, otherwise=otherwise, cell=cell, where=where))
-    flat = plan(system)
-    found = largest_jump(flat, "u", uncovered_of(flat)["u"])
-    if found is not None:
-        near = [math.nextafter(found.at, side) for side in (-math.inf, math.inf)]
-        values = [system(**{found.input: x}, **found.others) for x in (near[0], found.at, near[1])]
-        assert {found.before, found.after} <= set(values)
-    return found
+    for found in (d for d in check(system)[1] if d.code == "FZ405"):
+        size, name, at = re.fullmatch(r"output 'u' jumps by (\S+) at (\w+) = (\S+)", found.message).groups()
+        before, after, other, y = re.fullmatch(r"from (\S+) to (\S+) for (\w+) = (\S+)", found.facts[0]).groups()
+        near = [math.nextafter(float(at), side) for side in (-math.inf, math.inf)]
+        values = [system(**{name: x, other: float(y)}) for x in (near[0], float(at), near[1])]
+        assert {float(before), float(after)} <= set(values)
+        numbers = {"at": float(at), "size": float(size), "before": float(before), "after": float(after)}
+        silent = found.facts[1].startswith("no rule fires beyond")
+        return SimpleNamespace(input=name, others={other: float(y)}, silent=silent, **numbers)
+    return None
 
 
 class TestJumps:
@@ -110,5 +112,5 @@ class TestMaxima:
     def test_their_jumps_are_not_reported(self, defuzzifier, codes):
         text = SWITCH.format(a="rectangle(-inf, 3)", b="rectangle(3, inf)", otherwise="", cell="high", where="")
         text = text.replace("low=1 high=4", "low high").replace("and product\ndefuzzifier weighted_average\n", "")
-        found = check_source(SourceText("s.fz", f"defuzzifier {defuzzifier}\n{text}"))[1]
+        found = check_text(f"defuzzifier {defuzzifier}\n{text}", "s.fz")[1]
         assert [d.code for d in found if d.code != "FZ216"] == codes

@@ -2,10 +2,9 @@
 
 import pytest
 
-from fuzzyctl import Proved, Refuted, Undecided, compile, loads, prove
-from fuzzyctl.analysis.bounds import output_bounds
+from fuzzyctl import Proved, Refuted, Undecided, check, compile, loads, output_bounds, prove
 from fuzzyctl.analysis.coverage import box_search
-from fuzzyctl.analysis.coverage.coverage import diagnostics, uncovered
+from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.analysis.extremes import extents
 from tests.fuzzyctl.analysis.proving import CHAIN, CURVED, LINE, MAMDANI, verdicts, words
 
@@ -100,7 +99,7 @@ class TestSilence:
         assert isinstance(uncovered(loads(DIFFERENCE.format(otherwise="")))["y"], box_search.Undecided)
 
     def test_no_place_is_named_where_some_rule_moves_it(self, system):
-        (found,) = diagnostics(loads(DIFFERENCE.format(otherwise="")))
+        (found,) = [d for d in check(loads(DIFFERENCE.format(otherwise="")))[1] if d.code == "FZ401"]
         assert found.message == "no rule moves output 'y' at x = 0.5"
         assert found.facts[0] == "rules fire there, but 'implication bounded_difference' leaves nothing of them"
 

@@ -5,9 +5,6 @@ import re
 import pytest
 
 import fuzzyctl
-from fuzzyctl.analysis import accuracy
-from fuzzyctl.analysis.work import Work
-from fuzzyctl.kernels.plan.build import plan
 
 FLAT = ("sigmoid(0.3, 50)", "bell(0.4, 0.2, 3)")
 ROUND = ("gaussian(0.4, 0.1)", "pi_shape(0.1, 0.3, 0.6, 0.8)")
@@ -62,12 +59,6 @@ def test_the_consequent_is_named_and_sampled_sets_are_not_reported():
     assert found.facts == ("the rounding of degrees changes the area of 'seldom t' by up to 2.6e-10 of the range",)
     assert found.span.line == 10
     assert reported(system(FLAT[0], ["somewhat not"], defuzzifier="centroid(resolution=100)")) == []
-
-
-def test_without_work_nothing_is_guaranteed():
-    one = system(FLAT[0], ["very"])
-    (found,) = accuracy.diagnostics(one, plan(one), Work(10))
-    assert found.facts == ("the areas of its hedged terms take more work than a check does",)
 
 
 def test_of_many_the_largest_are_named():

@@ -2,9 +2,8 @@
 
 import pytest
 
+from fuzzyctl import compile as compile_system
 from fuzzyctl import loads
-from fuzzyctl.expr import evaluate
-from fuzzyctl.kernels.compile import compile as compile_system
 
 LOWER, UPPER = -3.0, 5.0
 WIDTH = UPPER - LOWER
@@ -56,5 +55,6 @@ def evaluated(system, activations, backends=("python", "numpy"), off=1e-12):
 
 def parsed(term):
     """Return kind and parameters of a term."""
-    membership = build([term], "min", "max", "centroid").outputs[0].terms[0].membership
-    return membership.kind, tuple(evaluate(a, {}) for a in membership.arguments)
+    system = build([term], "min", "max", "centroid")
+    membership = system.outputs[0].terms[0].membership
+    return membership.kind, tuple(map(system.number, membership.arguments))

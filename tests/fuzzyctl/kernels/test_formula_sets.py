@@ -1,18 +1,14 @@
 """Fuzzy sets of outputs that are formulas over the output: sampled, and refused where nothing samples them."""
 
-import builtins
 import re
+import runpy
 
 import numpy as np
 import pytest
 
-from fuzzyctl import DiagnosticError, as_profile, compile, dumps, loads, output_bounds
-from fuzzyctl.building import build
-from fuzzyctl.codegen.prepare import prepare
-from fuzzyctl.codegen.python_source import module
-from fuzzyctl.formats.registry import FORMATS
+from fuzzyctl import DiagnosticError, as_profile, compile, dump, load, loads
 from fuzzyctl.kernels.compile import degrees
-from fuzzyctl.model.method import Defuzzifier
+from fuzzyctl.testing import run_command
 from tests import sizes
 
 #: The same two sets twice: as formulas, and as kinds of their own.
@@ -76,25 +72,9 @@ def test_what_does_not_sample_refuses_them(defuzzifier, message):
         loads(FORMULAS.format(**USUAL | {"defuzzifier": defuzzifier}))
 
 
-@pytest.mark.parametrize(("kind", "lacks"), [("centroid", "closed form"), ("weighted_average", "known peak")])
-def test_kernels_refuse_what_no_check_has_seen(kind, lacks):
-    system = loads(FORMULAS.format(**USUAL))
-    method = system.method.model_copy(update={"defuzzifier": Defuzzifier(kind=kind)})
-    with pytest.raises(DiagnosticError, match=f"FZ214.*has no {lacks}"):
-        compile(system.model_copy(update={"method": method}), backend="python")
-
-
 def test_they_name_nothing_but_the_output_and_params():
     with pytest.raises(DiagnosticError, match="'e' is neither a param nor 'u' itself"):
         loads(FORMULAS.format(**USUAL).replace("9 * lt", "lt").replace("lt(u, top)", "lt(u, e)"))
-
-
-def test_bounds_hold_and_may_be_attained():
-    system = loads(FORMULAS.format(**USUAL))
-    bound = output_bounds(system)["u"]
-    values = compile(system, backend="numpy").batch(np.linspace(0, 1, 501).reshape(-1, 1))
-    assert bound.lo <= values.min()
-    assert values.max() <= bound.hi
 
 
 def test_outputs_in_antecedents_have_their_degrees():
@@ -107,23 +87,15 @@ def test_outputs_in_antecedents_have_their_degrees():
     assert w == pytest.approx(1.0 - (1.0 - u) / 0.75, abs=1e-12)
 
 
-def test_they_are_printed_and_generated_as_they_are():
-    system = loads(FORMULAS.format(**USUAL))
-    assert loads(dumps(system)) == system
-    names = {"__name__": "generated"}
-    exec(builtins.compile(module(prepare(system, "")), "generated", "exec"), names)
-    assert names["own"](0.3) == pytest.approx(compile(system, backend="python")(0.3), abs=1e-15)
+def test_they_are_printed_generated_and_refused_by_formats_without_them(tmp_path):
+    system, path = loads(FORMULAS.format(**USUAL)), tmp_path / "own.fz"
+    dump(system, path)
+    assert load(path) == system
+    assert run_command("codegen", path, "--target", "python", "-o", tmp_path).exit_code == 0
+    found = runpy.run_path(str(tmp_path / "own.py"))["own"](0.3)
+    assert found == pytest.approx(compile(system, backend="python")(0.3), abs=1e-15)
     assert as_profile(system, "pyfuzzylite")(e=0.3) == pytest.approx(system(e=0.3), abs=0.05)
-
-
-def test_systems_built_in_python_have_them():
-    output = build.output_variable("u", 0, 1, {"a": "function(min(1, 2 * u))", "b": "triangle(0, 0.5, 1)"})
-    assert [t.membership.kind for t in output.terms] == ["formula", "triangle"]
-    given = build.input_variable("u", 0, 1, {"a": "function(min(1, 2 * u))"})
-    assert given.terms[0].membership.kind == "function"
-
-
-@pytest.mark.parametrize("name", ["fcl", "fis", "fml"])
-def test_formats_without_them_say_so(name):
-    with pytest.raises(DiagnosticError, match=r"FZ608.*\n(.*\n)*.*term 'left' of 'u' is a set that is a formula"):
-        FORMATS[name].write(loads(FORMULAS.format(**USUAL)))
+    for name in ("fcl", "fis", "fml"):
+        refused = run_command("convert", path, "-", "--to", name)
+        assert "FZ608" in refused.errors
+        assert "term 'left' of 'u' is a set that is a formula" in refused.errors

@@ -7,11 +7,7 @@ import numpy as np
 import pytest
 
 import fuzzyctl
-from fuzzyctl import ArgumentError, DiagnosticError, build
-from fuzzyctl.comparison.changes import changes
-from fuzzyctl.convert.convert import convert
-from fuzzyctl.explain.trace import trace
-from fuzzyctl.expr import Number
+from fuzzyctl.testing import run_command
 from tests import sizes
 
 BACKENDS = ("python", "numpy", "numba")
@@ -63,16 +59,6 @@ class TestNumbers:
         np.testing.assert_allclose(kernel.batch(points), by_hand(points), rtol=1e-12, atol=1e-12)
         assert kernel(*points[0]) == pytest.approx(by_hand(points[:1])[0], rel=1e-12)
 
-    def test_params_of_lets_can_be_set(self):
-        system = fuzzyctl.loads(BOTH).with_params(slope=0.0)
-        assert system(e=0.9, de=0.3)["u"] == pytest.approx(0.1)
-
-    def test_lets_may_come_in_any_order(self):
-        lines = BOTH.replace("let g = abs(s) + 1\n", "").replace("let s", "let g = abs(s) + 1\nlet s")
-        points = np.random.default_rng(4).uniform(-1, 1, (50, 2))
-        one, other = (fuzzyctl.compile(fuzzyctl.loads(t), "numpy").batch(points) for t in (BOTH, lines))
-        assert one.tolist() == other.tolist()
-
     @pytest.mark.parametrize("backend", sizes.BACKENDS)
     def test_a_let_without_a_value_leaves_no_output_with_one(self, backend):
         text = BOTH.replace("slope * e + de", "e / (de - de * 1)")
@@ -90,10 +76,6 @@ class TestNumbers:
         kernel.jit_rates(3.0, [0.0, 0.0], rates)
         assert rates == [0.0, 6.0]
 
-    def test_a_system_of_formulas_needs_no_rules(self):
-        system = fuzzyctl.loads("system f\ninput x in [0, 1]\noutput y in [0, 3] = 2 * x\noutput z in [0, 9] = y + 1\n")
-        assert system(x=0.25) == {"y": 0.5, "z": 1.5}
-
     @pytest.mark.parametrize("word", ["let", "s"])
     def test_a_system_may_call_a_variable_let(self, word):
         text = f"system f\ninput {word} in [0, 1]\n  terms a b\noutput y in [0, 1]\n  let = ramp(0, 1)\n"
@@ -103,6 +85,31 @@ class TestNumbers:
 
 
 class TestTools:
+    @pytest.fixture
+    def path(self, tmp_path):
+        (tmp_path / "both.fz").write_text(BOTH)
+        return tmp_path / "both.fz"
+
+    def test_python_builds_the_same_system(self, path):
+        assert run_command("convert", path, path.with_suffix(".py")).exit_code == 0
+        assert runpy.run_path(str(path.with_suffix(".py")))["system"] == fuzzyctl.loads(BOTH)
+
+    @pytest.mark.parametrize("target", ["fis", "fll", "fcl", "fml"])
+    def test_other_formats_refuse_them(self, path, target):
+        refused = run_command("convert", path, "-", "--to", target)
+        assert refused.exit_code == 1
+        for words in ("FZ608", "let 's'", "let 'g'", "output 'w', which is a formula"):
+            assert words in refused.errors
+
+    def test_changes_are_named_and_traces_know_them(self, path):
+        other = path.with_name("other.fz")
+        other.write_text(BOTH.replace("abs(s) + 1", "abs(s) + 2").replace("= g * u", "= g * u / 2"))
+        shown = run_command("compare", "--changes", path, other).output
+        assert "abs(s) + 2" in shown
+        assert "g * u / 2" in shown
+        found = fuzzyctl.why(fuzzyctl.loads(BOTH), e=0.5, de=0.25)
+        assert found.degrees["s"] == pytest.approx({"NB": 0.0, "Z": 1 - 1.25 / 3, "PB": 1.25 / 3})
+
     def test_dumps_reads_back(self):
         system = fuzzyctl.loads(BOTH)
         text = fuzzyctl.dumps(system)
@@ -126,12 +133,6 @@ class TestTools:
         path.write_text("system f\ninput x in [0, 1]\noutput y in [0, 3] clamp = 5 * x\n")
         assert fuzzyctl.check(path)[1] == []
 
-    def test_a_trace_knows_lets_and_formulas(self):
-        found = trace(fuzzyctl.loads(BOTH), {"e": 0.5, "de": 0.25})
-        assert found.degrees["s"] == pytest.approx({"NB": 0.0, "Z": 1 - 1.25 / 3, "PB": 1.25 / 3})
-        (rule,) = [r for r in found.rules if "function(w + s)" in r.text]
-        assert rule.contributions[0].value == pytest.approx(2.25 * 1.25 / 3 + 1.25)
-
     def test_names_may_be_words_of_python(self):
         text = (
             "system p\ndefuzzifier weighted_average\ninput lambda in [0, 1]\n  terms N P\nlet def = 2 * lambda\n"
@@ -139,34 +140,7 @@ class TestTools:
         )
         system = fuzzyctl.loads(text)
         assert fuzzyctl.compile(system, "python")(0.5) == pytest.approx(0.75)
-        assert {c.value for r in trace(system, {"lambda": 0.5}).rules for c in r.contributions} == {1.0, 0.5}
-
-    def test_python_builds_the_same_system(self, tmp_path):
-        system = fuzzyctl.loads(BOTH)
-        (tmp_path / "both.py").write_text(convert(system, "python").text)
-        assert runpy.run_path(str(tmp_path / "both.py"))["system"] == system
-
-    def test_a_let_takes_both_ends_or_none(self):
-        assert build.let_variable("z", "2 * x").lower == Number(-math.inf)
-        for ends in ({"lower": 0}, {"upper": 1}, {"terms": {"A": "ramp(0, 1)"}}):
-            with pytest.raises(ArgumentError, match="both ends of a range or none"):
-                build.let_variable("z", "x", **ends)
-
-    @pytest.mark.parametrize("target", ["fis", "fll", "fcl", "fml"])
-    def test_other_formats_refuse_them(self, target):
-        with pytest.raises(DiagnosticError) as caught:
-            convert(fuzzyctl.loads(BOTH), target)
-        (found,) = caught.value.diagnostics
-        assert found.code == "FZ608"
-        assert found.facts[:3] == ("let 's'", "let 'g'", "output 'w', which is a formula")
-
-    def test_changes_of_lets_and_formulas_are_named(self):
-        other = BOTH.replace("abs(s) + 1", "abs(s) + 2").replace("= g * u", "= g * u / 2")
-        found = changes(fuzzyctl.loads(BOTH), fuzzyctl.loads(other))
-        assert [(c.what, c.name, c.before, c.after) for c in found] == [
-            ("let", "g", "let g = abs(s) + 1", "let g = abs(s) + 2"),
-            ("formula", "w", "g * u", "g * u / 2"),
-        ]
+        assert {c.value for r in fuzzyctl.why(system, **{"lambda": 0.5}).rules for c in r.contributions} == {1.0, 0.5}
 
 
 COVERED = """

@@ -1,15 +1,13 @@
 """Kernels whose numbers are arguments: names, values, backends, refusals, degrees, strengths and gradients."""
 
 import pickle
-import re
 
 import numpy as np
 import pytest
 
 import fuzzyctl
-from fuzzyctl import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError, loads
-from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.kernel import Kernel
+from fuzzyctl import ArgumentError, Kernel, UnknownNameError, ValueOutOfBoundsError, loads
+from fuzzyctl import compile as compile_system
 from tests import sizes
 
 BACKENDS = ("python", "numpy", "numba")
@@ -96,20 +94,6 @@ def test_the_peak_of_a_terms_line_moves_the_feet_beside_it():
     assert [degrees[t][0] for t in "NZP"] == [0.25, 0.5, 0.0]
 
 
-def test_equal_numbers_that_are_typed_apart_stay_apart():
-    vertical = loads(TEXT.replace("terms N Z P\n", "N = ramp(0, -1)\n  Z = triangle(0, 0, 1)\n  P = ramp(0, 1)\n"))
-    kernel = compile_system(vertical, "python", free=["e.Z.left"])
-    assert kernel.degrees([[-0.25, 0]], [-0.5])["e"]["Z"] == 0.5
-    assert kernel.degrees([[0.25, 0]], [-0.5])["e"]["Z"] == 0.75
-
-
-def test_coefficients_of_linear_consequents_are_named_by_their_inputs():
-    text = TEXT.replace("terms N=-1 Z=0 P=1", "N = linear(1, 2, 3)\n  Z = linear(0, 0, 0)\n  P = linear(-1, 0, 1)")
-    kernel = compile_system(loads(text), "python", free=["u.N.d", "u.Z.constant"])
-    typed = loads(text.replace("1, 2, 3", "1, -4, 3").replace("0, 0, 0", "0, 0, 0.5"))
-    assert kernel.batch(POINTS, [-4, 0.5]) == pytest.approx(compile_system(typed).batch(POINTS), abs=1e-12)
-
-
 @pytest.mark.parametrize(
     ("names", "error", "message"),
     [
@@ -147,28 +131,6 @@ def test_numbers_that_a_program_is_worked_out_from_cannot_be_free():
         compile_system(loads(TEXT), "python", free=["g"], algorithm="interpolation")
 
 
-@pytest.mark.parametrize("backend", sizes.BACKENDS)
-@pytest.mark.parametrize("kind", ["centroid", "bisector", "mom"])
-def test_corners_of_sampled_sets_may_be_free(backend, kind):
-    text = TEXT.replace("center_average", f"{kind}(resolution=40)").replace("N=-1 Z=0 P=1", "N@-1 Z@0 P@1")
-    kernel = compile_system(loads(text), backend, free=["u.Z.peak"])
-    for peak in ("0.3", "-0.2"):
-        typed = loads(text.replace("N@-1 Z@0 P@1", f"N@-1 Z@({peak}) P@1"))
-        expected = compile_system(typed, "python").batch(POINTS)
-        assert kernel.batch(POINTS, [float(peak)]) == pytest.approx(expected, abs=1e-12)
-
-
-@pytest.mark.parametrize("backend", sizes.BACKENDS)
-def test_heights_of_straight_sets_beside_curved_ones_may_be_free(backend):
-    curves = "N = gaussian(-1, 0.3)\n  Z = triangle(-1, 0, 1)\n  P = gaussian(1, 0.3)"
-    text = TEXT.replace("center_average", "centroid").replace("terms N=-1 Z=0 P=1", curves)
-    kernel = compile_system(loads(text), backend, free=["u.Z.height"])
-    typed = compile_system(loads(text.replace("(-1, 0, 1)", "(-1, 0, 1, height=0.4)")), "python")
-    assert kernel.batch(POINTS, [0.4]) == pytest.approx(typed.batch(POINTS), abs=1e-12)
-    with pytest.raises(ArgumentError, match=r"'u\.N\.mean' cannot be free"):
-        compile_system(loads(text), backend, free=["u.N.mean"])
-
-
 def test_a_system_with_a_state_has_no_free_numbers(adaptive):
     with pytest.raises(ArgumentError, match="has no free numbers"):
         compile_system(adaptive, "python", free=["half_width"])
@@ -197,12 +159,6 @@ def test_values_that_the_system_cannot_have_are_refused(system, backend, changed
             kernel.batch(POINTS[0], given)
 
 
-def test_values_may_reach_the_ends(system):
-    kernel = compile_system(system, "python", free=["e.Z.peak"])
-    found = [kernel(-1.0, 0.3, [peak]) for peak in (-1.0, -1 + 1e-12)]
-    assert found[0] == pytest.approx(compile_system(retyped(peak="-1"), algorithm="rules")(-1.0, 0.3), abs=1e-12)
-
-
 def test_corners_of_an_exact_centroid_stay_in_their_order():
     text = TEXT.replace("center_average", "centroid").replace(
         "terms N=-1 Z=0 P=1", "N = triangle(-2, -1, 0)\n  Z = triangle(-0.9, 0.05, 0.9)\n  P = triangle(0.1, 1, 2)"
@@ -212,50 +168,6 @@ def test_corners_of_an_exact_centroid_stay_in_their_order():
     assert kernel.batch(POINTS, [0.02]) == pytest.approx(compile_system(typed).batch(POINTS), abs=1e-12)
     with pytest.raises(ValueOutOfBoundsError, match=r"such that u\.Z\.peak <= 0\.1, as it was"):
         kernel.batch(POINTS, [0.2])
-
-
-def test_a_corner_may_meet_the_end_of_the_range():
-    text = TEXT.replace("center_average", "centroid").replace(
-        "terms N=-1 Z=0 P=1", "N = triangle(-2, -1, 0)\n  Z = triangle(-1, 0.05, 0.9)\n  P = triangle(0.1, 1, 2)"
-    )
-    kernel = compile_system(loads(text), "python", free=["u.Z.left"])
-    for left in (-1.0, -0.9):
-        typed = compile_system(loads(text.replace("triangle(-1, 0.05", f"triangle({left}, 0.05")), "python")
-        assert kernel.batch(POINTS, [left]) == pytest.approx(typed.batch(POINTS), abs=1e-12)
-
-
-@pytest.mark.parametrize("backend", sizes.BACKENDS)
-def test_where_no_rule_fires_a_kernel_of_free_numbers_says_so(backend):
-    text = TEXT.replace("in [-1, 1]\n  terms N=-1", "in [-1, 1] else error\n  terms N=-1")
-    kernel = compile_system(loads(text), backend, free=["u.weights"])
-    with pytest.raises(NoRuleFiresError, match=re.escape("no rule fires for output 'u' at e = 0.1, d = 0.2")):
-        kernel(0.1, 0.2, {"u.weights": 0})
-    with pytest.raises(NoRuleFiresError, match=re.escape("no rule fires for output 'u' at e = 0.1, d = 0.2")):
-        kernel.batch([[0.1, 0.2]], {"u.weights": 0})
-    promised = compile_system(loads(TEXT), backend, free=["u.weights"])
-    with pytest.raises(NoRuleFiresError):
-        promised(0.1, 0.2, {"u.weights": 0})
-
-
-def test_wrong_arguments_are_named(system):
-    kernel = compile_system(system, "python", free=["g"])
-    with pytest.raises(ArgumentError, match=r"takes 3 arguments \(e, d, state\), got 2"):
-        kernel(0.1, 0.2)
-    with pytest.raises(ArgumentError, match=r"the state must have the shape \(..., 1\), got \(2,\)"):
-        kernel(0.1, 0.2, [1, 2])
-    with pytest.raises(ArgumentError, match="must be a real number"):
-        kernel("a", 0.2, [1])
-    with pytest.raises(ArgumentError, match=r"points must have the shape \(..., 2\) for e, d, got \(3,\)"):
-        kernel.batch([1, 2, 3], [1])
-    with pytest.raises(UnknownNameError, match="no derivative by 'value'"):
-        kernel.gradient(POINTS, [1], by="value")
-
-
-@pytest.mark.parametrize("backend", ["python", "numba"])
-def test_an_integer_beyond_all_floats_is_named(system, backend):
-    kernel = compile_system(system, backend, free=["g"])
-    with pytest.raises(ValueOutOfBoundsError, match="input 'd' must be within the range of floats"):
-        kernel(0.1, 10**400, [1])
 
 
 def test_a_kernel_of_free_numbers_can_be_sent_to_another_process(system):
@@ -268,28 +180,6 @@ def test_a_kernel_of_free_numbers_can_be_sent_to_another_process(system):
 
 
 # --- degrees, strengths, gradients -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_degrees_have_names(system, backend):
-    kernel = compile_system(system, backend)
-    degrees = kernel.degrees([[[0.25, -0.4]], [[np.nan, 7.0]]])
-    assert list(degrees) == ["e", "d"]
-    assert list(degrees["e"]) == ["N", "Z", "P"]
-    assert degrees["e"]["Z"].shape == (2, 1)
-    assert [degrees["e"][t][0, 0] for t in "NZP"] == [0.0, 0.75, 0.25]
-    assert np.isnan(degrees["e"]["Z"][1, 0])
-    assert [degrees["d"][t][1, 0] for t in "NZP"] == [0.0, 0.0, 1.0]
-
-
-@pytest.mark.parametrize("backend", sizes.BACKENDS)
-def test_strengths_are_activations_of_rules(backend):
-    kernel = compile_system(retyped(weight="0.5"), backend)
-    strengths = kernel.strengths([[-0.5, -0.2], [np.nan, 0.0]])
-    assert strengths.shape == (2, 9)
-    n, z = 0.4 / 1.2, 0.8 / 1.2
-    assert strengths[0] == pytest.approx([0.25 * n, 0.5 * z, 0, 0.5 * n, 0.5 * z, 0, 0, 0, 0])
-    assert np.isnan(strengths[1]).all()
 
 
 @pytest.mark.parametrize("backend", sizes.BACKENDS)
@@ -321,71 +211,6 @@ table u = z
     assert by_slope == pytest.approx([0.2, 0.1 + 1.5 * 0.2 + 0.5], abs=1e-12)
 
 
-def test_strengths_and_degrees_of_rules_that_read_outputs():
-    text = """
-system s
-defuzzifier weighted_average
-input x in [0, 1]
-  terms L@0 H@1
-output y in [0, 1]
-  terms L=0 H=1
-output z in [0, 1]
-  terms L=0 H=1
-if x is L then y is L
-if x is H then y is H
-"""
-    text = text.replace("output y in [0, 1]\n  terms L=0 H=1", "output y in [0, 1]\n  L = ramp(1, 0)\n  H = ramp(0, 1)")
-    chained = loads(text + "if y is H then z is H\nif y is L then z is L\n")
-    kernel = compile_system(chained, "numpy")
-    y = kernel.batch([[0.25]])[0, 0]
-    assert kernel.degrees([[0.25]])["y"]["H"] == pytest.approx([y])
-    assert kernel.strengths([[0.25]])[0] == pytest.approx([0.75, 0.25, y, 1 - y])
-    assert kernel.gradient([[0.25]]).shape == (1, 2, 1)
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_gradients_are_exact(backend):
-    """Bilinear between the peaks of a table: the slopes are differences of its entries."""
-    kernel = compile_system(loads(TEXT.replace("Z@(0.1 * h)", "Z@0")), backend)
-    e, d = 0.25, 0.5
-    assert kernel.gradient([[e, d]])[0] == pytest.approx([1 - d, 1 - e], abs=1e-15)
-    assert kernel.gradient([[2.0, d]])[0] == pytest.approx([0.0, 0.0], abs=1e-15)
-    assert np.isnan(kernel.gradient([[np.nan, d]])).all()
-    free = compile_system(loads(TEXT.replace("Z@(0.1 * h)", "Z@0")), backend, free=["u.P.peak", "u.Z.peak"])
-    strengths = free.strengths([[e, d]], [1, 0])[0]
-    by_values = free.gradient([[e, d]], [1, 0], by="state")[0]
-    assert by_values == pytest.approx([strengths[[5, 7, 8]].sum(), strengths[[2, 4, 6]].sum()], abs=1e-15)
-
-
-def test_gradients_of_sampled_sets_go_through_their_loops():
-    text = TEXT.replace("center_average", "centroid(resolution=40)").replace("N=-1 Z=0 P=1", "N@-1 Z@0 P@1")
-    for backend in BACKENDS:
-        kernel = compile_system(loads(text), backend)
-        step = 1e-6
-        slope = (kernel(0.3 + step, 0.45) - kernel(0.3 - step, 0.45)) / (2 * step)
-        assert kernel.gradient([[0.3, 0.45]])[0, 0] == pytest.approx(slope, rel=1e-6)
-
-
-@pytest.mark.parametrize(("kind", "expected"), [("centroid", 2 / 3), ("bisector", 1 / 2**0.5)])
-@pytest.mark.parametrize("backend", sizes.BACKENDS)
-def test_gradients_of_integrals_are_exact(kind, expected, backend):
-    """The bounded difference of x and a ramp from 0 to 1 is a ramp from 1 - x to 1: both places move as 1 - x does."""
-    text = """
-system s
-implication bounded_difference
-aggregation max
-defuzzifier KIND
-input x in [0, 1]
-  H = ramp(0, 1)
-output u in [0, 1]
-  R = ramp(0, 1)
-if x is H then u is R
-"""
-    kernel = compile_system(loads(text.replace("KIND", kind)), backend, algorithm="rules")
-    assert kernel.batch([[0.3], [0.8]]) == pytest.approx([1 - 0.3 * (1 - expected), 1 - 0.8 * (1 - expected)])
-    assert kernel.gradient([[0.3], [0.8]])[:, 0] == pytest.approx([expected - 1, expected - 1], abs=1e-12)
-
-
 def test_a_bisector_in_a_gap_jumps_and_has_no_gradient():
     text = """
 system s
@@ -402,45 +227,6 @@ if x is H then u is B
     kernel = compile_system(loads(text), "numpy")
     assert kernel(0.5) == 2.0
     assert np.isnan(kernel.gradient([[0.5], [0.4]])[:, 0]).tolist() == [True, False]
-
-
-@pytest.mark.parametrize("backend", sizes.BACKENDS)
-def test_gradients_of_sets_that_jump_have_a_share_of_the_jumps(backend):
-    """The nilpotent minimum of x >= 0.5 and a ramp is the ramp, held at x, from 1 - x on, where it jumps to 1 - x."""
-    text = """
-system s
-implication nilpotent_minimum
-defuzzifier centroid
-input x in [0, 1]
-  terms L H
-output u in [0, 1]
-  R = ramp(0, 1)
-if x is H then u is R
-"""
-    kernel = compile_system(loads(text), backend, algorithm="rules")
-
-    def parts(x):  # area and moment of the ramp from 1 - x to x, and of x from there to 1, with their derivatives
-        area, moment = (x**2 - (1 - x) ** 2) / 2 + x * (1 - x), (x**3 - (1 - x) ** 3) / 3 + x * (1 - x**2) / 2
-        return area, moment, 1 + 1 - 2 * x, x**2 + (1 - x) ** 2 + 0.5 - 1.5 * x**2
-
-    area, moment, area_by, moment_by = parts(0.7)
-    assert kernel.batch([[0.7]])[0] == pytest.approx(moment / area, abs=1e-14)
-    assert kernel.gradient([[0.7]])[0, 0] == pytest.approx((moment_by - area_by * moment / area) / area, abs=1e-13)
-
-
-def test_a_system_with_a_state_has_degrees_strengths_and_gradients(adaptive):
-    kernel = compile_system(adaptive, "numpy")
-    state = kernel.start()
-    assert kernel.strengths([[0.1]]).shape == (1, 7)
-    assert kernel.degrees([[0.1]])
-    step = 1e-7
-    ahead, behind = kernel.batch([[0.1 + step]], state), kernel.batch([[0.1 - step]], state)
-    assert kernel.gradient([[0.1]], state)[0, 0] == pytest.approx(float(ahead[0] - behind[0]) / (2 * step), rel=1e-6)
-
-
-def test_compile_is_public():
-    kernel = fuzzyctl.compile(loads(TEXT), "python", free=["g"])
-    assert isinstance(kernel, fuzzyctl.Kernel)
 
 
 WORST = """system s

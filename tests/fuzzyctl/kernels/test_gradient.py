@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import fuzzyctl
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import look_through
-from tests.fuzzyctl.codegen.steps.texts import ADAPTIVE, CURVED, SURFACE
+from fuzzyctl import ArgumentError, ValueOutOfBoundsError
+from tests import sizes
+from tests.fuzzyctl.codegen.steps.texts import ADAPTIVE, SURFACE
 
 PI = "controller q\ninput e\nparam K = 2\nparam T = 0.5\nstate s = 0\nnext s = s + dt * e / T\noutput u = K * (e + s)\n"
 FUZZY = (
@@ -15,14 +14,10 @@ FUZZY = (
     "let d = derivative(x - y, filter=0.3 s)\nlet m = surface(g * (x - y), 0.1 * d)\n"
     "output u = lowpass(m, 0.2) + gain(x, y)\noutput v = clamp(x * y, -1, 1) + delay(y, 3)\nevery 50 ms\n"
 )
-SMOOTH = (
-    CURVED.replace("triangle(0, 0.5, 1)", "gaussian(0.5, 0.2)")
-    + "controller q\ninput x\noutput u = curved(integral(curved(x)) + x)\nevery 1 s\n"
-)
 
 
 def step_of(text, backend="python", **options):
-    return fuzzyctl.compile(look_through(SourceText("c.fz", text)).controllers[-1], backend, **options)
+    return fuzzyctl.compile(fuzzyctl.loads(text, block="q"), backend, **options)
 
 
 def differences(step, inputs, state, **time):
@@ -47,7 +42,7 @@ def test_is_that_of_the_equations_of_a_pi_controller():
     np.testing.assert_allclose(states, [[0.2, 1, 0, -0.12], [0, 0, 1, 0], [0, 0, 0, 1]], atol=1e-15)
 
 
-@pytest.mark.parametrize("backend", ["python", "numpy", "numba"])
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 @pytest.mark.parametrize("free", [[], ["g", "surface.u.P.peak"]])
 def test_agrees_with_differences(backend, free):
     step = step_of(FUZZY, backend, free=free) if free else step_of(FUZZY, backend)
@@ -86,14 +81,6 @@ def test_where_no_step_is_made_outputs_have_none_and_states_stay(backend):
     outputs, after = step.gradient([np.nan], [0.4], dt=0.1, by="all")
     assert np.isnan(outputs).all()
     np.testing.assert_array_equal(after, [[0.0, 1.0]])
-
-
-def test_of_a_delay_is_a_shift():
-    outputs, after = step_of("controller q\ninput x\noutput u = delay(x, 30)\nevery 1 s\n").gradient(
-        0.5, np.zeros(30), by="all"
-    )
-    np.testing.assert_array_equal(outputs, np.eye(31)[30])
-    np.testing.assert_array_equal(after, np.eye(31)[:30])
 
 
 def test_refuses_what_it_cannot_take():

@@ -24,20 +24,12 @@ PROPORTIONAL = SURFACE.format(otherwise="", rules="table u = e\n    N Z P\n  | N
 SILENT = SURFACE.format(otherwise=" else error", rules="if e is P then u is P")
 
 
-@pytest.fixture
-def controller(tmp_path):
-    """Load a controller from its text."""
-
-    def load(text, name=None):
-        path = tmp_path / "c.fz"
-        path.write_text(text, encoding="utf-8")
-        return fuzzyctl.load(path, block=name or fuzzyctl.Controller)
-
-    return load
+def controller(text, name=fuzzyctl.Controller):
+    return fuzzyctl.loads(text, block=name)
 
 
-def outputs_of(controller, inputs, backend="python", **options):
-    return fuzzyctl.compile(controller, backend).run(inputs, **options)[0]
+def outputs_of(law, inputs, backend="python", **options):
+    return fuzzyctl.compile(law, backend).run(inputs, **options)[0]
 
 
 def previous(x, dt):
@@ -113,18 +105,14 @@ OPERATORS = {
 
 class TestOperators:
     @pytest.mark.parametrize("text", OPERATORS)
-    def test_each_is_a_plain_loop(self, controller, text):
+    def test_each_is_a_plain_loop(self, text):
         x = np.random.default_rng(4).uniform(-1, 1, 50)
         found = outputs_of(controller(f"controller c\ninput x\noutput y = {text}\n"), x, dt=0.01)
         assert found == pytest.approx(OPERATORS[text](list(x), 0.01), rel=1e-13, abs=1e-15)
 
-    def test_each_use_has_a_state_of_its_own(self, controller):
+    def test_each_use_has_a_state_of_its_own(self):
         both = controller("controller c\ninput a\ninput b\noutput u = previous(a)\noutput v = previous(b)\n")
         assert outputs_of(both, [[1, 2], [3, 4]], dt=1.0).tolist() == [[0, 0], [1, 2]]
-
-    def test_equal_uses_share_one(self, controller):
-        step = fuzzyctl.compile(controller("controller c\ninput a\noutput u = previous(a) - previous(a)\n"), "python")
-        assert len(step.state_names) == 1
 
 
 PID = """
@@ -155,27 +143,22 @@ def plain_pid(rows):
 
 class TestController:
     @pytest.mark.parametrize("backend", BACKENDS)
-    def test_a_pid_with_anti_windup_is_the_loop_that_one_writes_by_hand(self, controller, backend):
+    def test_a_pid_with_anti_windup_is_the_loop_that_one_writes_by_hand(self, backend):
         rows = np.random.default_rng(7).uniform(-1.5, 1.5, (10_000, 2))
         found = outputs_of(controller(PID), rows, backend)
         assert np.abs(found).max() == 3.0
         assert found == pytest.approx(plain_pid(rows), rel=1e-12, abs=1e-12)
 
-    def test_a_system_is_called_by_position_and_by_name(self, controller):
+    def test_a_system_is_called_by_position_and_by_name(self):
         text = PROPORTIONAL + "controller c\ninput x\noutput a = surface(x)\noutput b = surface(e = x) * 2\n"
         assert outputs_of(controller(text), [0.3, -0.6], dt=1.0) == pytest.approx(np.array([[0.3, 0.6], [-0.6, -1.2]]))
 
-    def test_params_of_a_system_are_given_by_name(self, controller):
-        text = PROPORTIONAL.replace("input e in [-1, 1]", "param top = 1\ninput e in [-top, top]")
-        text += "controller c\ninput x\nparam k = 2\noutput a = surface(x, top = 2*k)\n"
-        assert outputs_of(controller(text), [1.0], dt=1.0) == pytest.approx([0.25])
-
-    def test_several_outputs_of_a_system_have_the_name_of_the_call(self, controller):
+    def test_several_outputs_of_a_system_have_the_name_of_the_call(self):
         text = PROPORTIONAL + "output w in [0, 1]\n  terms a@0 b@1\nif e is not P then w is a\nif e is P then w is b\n"
         text += "controller c\ninput x\nlet t = surface(x)\noutput a = t.u\noutput b = t.w\n"
         assert outputs_of(controller(text), [1.0, 0.0], dt=1.0).tolist() == [[1.0, 1.0], [0.0, 0.0]]
 
-    def test_blocks_have_states_and_params_of_their_own(self, controller):
+    def test_blocks_have_states_and_params_of_their_own(self):
         text = (
             "controller inner\ninput x\nparam k = 1\nstate s = 0\nnext s = s + k*x\noutput y = s\n"
             "controller outer\ninput x\nblock a = inner(x)\nblock b = inner(x, k=10)\nblock c = inner(a.y)\n"
@@ -184,35 +167,30 @@ class TestController:
         found = outputs_of(controller(text, "outer"), [1.0, 1.0, 1.0], dt=1.0)
         assert found.tolist() == [[0, 0, 0], [1, 10, 0], [2, 20, 1]]
 
-    def test_the_order_of_the_lines_does_not_matter(self, controller):
-        lines = PID.strip().split("\n")
-        turned = controller("\n".join([lines[0], *reversed(lines[1:])]))
-        rows = np.random.default_rng(8).uniform(-1, 1, (20, 2))
-        same = fuzzyctl.compile(turned, "python").run(rows[:, ::-1])[0]
-        assert same.tolist() == outputs_of(controller(PID), rows).tolist()
-
-    def test_functions_take_their_arguments_once(self, controller):
+    def test_functions_take_their_arguments_once(self):
         text = "function twice(a) = a + a\ncontroller c\ninput x\noutput y = twice(twice(previous(x, start=1)))\n"
         assert outputs_of(controller(text), [5.0, 0.0], dt=1.0).tolist() == [4.0, 20.0]
 
-    @pytest.mark.parametrize(
-        "lines", ["block a = keep(b.y)\nblock b = keep(x)", "block b = keep(x)\nblock a = keep(b.y)"]
-    )
-    def test_a_block_reads_one_that_is_written_below_it(self, controller, lines):
-        keep = "controller keep\ninput x\noutput y = previous(x)\n"
-        found = outputs_of(controller(f"{keep}controller c\ninput x\n{lines}\noutput y = a.y\n", "c"), [1, 2, 3], dt=1)
-        assert found.tolist() == [0, 0, 1]
 
-    def test_an_output_of_several_is_read_above_its_system(self, controller):
-        two = PROPORTIONAL.replace("defuzz", "output v in [-1, 1]\n  terms N@-1 Z@0 P@1\ndefuzz") + "\n"
-        two += "table v = e\n    N Z P\n  | P Z N\n"
-        text = f"{two}controller c\ninput x\nlet first = t.v - t.u\nlet t = surface(x)\noutput y = first\n"
-        assert outputs_of(controller(text), [0.5], dt=1).tolist() == [-1.0]
+@pytest.mark.parametrize("backend", ["numpy", "numba"])
+def test_delays_of_delays_and_states_between_them_are_those_of_python(backend):
+    law = controller(
+        "controller d\ninput x\nstate s = 1\nnext s = 0.5 * s + delay(y, 7, start=3)\nlet y = delay(x, 6)\n"
+        "let z = delay(delay(y, 5), 4)\noutput u = y + 10 * z + previous(z)\noutput v = s\nevery 10 ms\n"
+    )
+    rows = np.random.default_rng(1).uniform(-1, 1, 60)
+    rows[30] = np.nan
+    step, expected = fuzzyctl.compile(law, backend), fuzzyctl.compile(law, "python").run(rows)
+    for own, other in zip(step.run(rows), expected, strict=True):
+        np.testing.assert_array_equal(own, other)
+    states = np.tile(expected[1], (3, 1))
+    after = step.batch([0.5, np.nan, 1.0], states)[1]
+    np.testing.assert_array_equal(after[1:], [expected[1], step(1.0, expected[1])[1]])
 
 
 class TestStep:
     @pytest.mark.parametrize("backend", BACKENDS)
-    def test_all_ways_give_the_same_numbers(self, controller, backend):
+    def test_all_ways_give_the_same_numbers(self, backend):
         step = fuzzyctl.compile(controller(PID), backend)
         rows = np.random.default_rng(3).uniform(-1, 1, (30, 2))
         outputs, last = step.run(rows)
@@ -227,7 +205,7 @@ class TestStep:
         assert state.tolist() == last.tolist()
 
     @pytest.mark.parametrize("backend", BACKENDS)
-    def test_nan_gives_nan_and_leaves_the_state(self, controller, backend):
+    def test_nan_gives_nan_and_leaves_the_state(self, backend):
         step = fuzzyctl.compile(controller(PID), backend)
         _, state = step.run([[1.0, 0.5], [1.0, 0.4]])
         output, after = step(math.nan, 0.3, state)
@@ -236,7 +214,7 @@ class TestStep:
         assert math.isnan(step.run([[1.0, math.nan]], state)[0][0])
 
     @pytest.mark.parametrize("backend", BACKENDS)
-    def test_overflow_of_a_state_gives_infinity_without_a_warning(self, controller, backend):
+    def test_overflow_of_a_state_gives_infinity_without_a_warning(self, backend):
         lines = (
             "controller c\nstate s = 1\nstate z = 0\nnext s = s * 1e200\nnext z = z\noutput y = s - s / z\nevery 1 s\n"
         )
@@ -251,7 +229,7 @@ class TestStep:
         assert state.tolist() == [math.inf, 0.0]
 
     @pytest.mark.parametrize("backend", BACKENDS)
-    def test_a_rule_base_with_a_gap_is_an_error_of_the_step(self, controller, backend):
+    def test_a_rule_base_with_a_gap_is_an_error_of_the_step(self, backend):
         step = fuzzyctl.compile(controller(SILENT + "controller c\ninput x\noutput y = surface(x)\n"), backend)
         assert step(0.5, step.start(), dt=1.0)[0] == 1.0
         for call in (
@@ -262,7 +240,7 @@ class TestStep:
             with pytest.raises(NoRuleFiresError, match=r"x = -0\.5"):
                 call()
 
-    def test_the_time_is_an_argument_or_a_period(self, controller):
+    def test_the_time_is_an_argument_or_a_period(self):
         free = fuzzyctl.compile(controller("controller c\ninput x\noutput y = dt\n"), "python")
         fixed = fuzzyctl.compile(controller(PID), "python")
         assert free(0.0, free.start(), dt=0.25)[0] == 0.25
@@ -279,7 +257,7 @@ class TestStep:
                 free.run([0.0, 0.0], dt=[0.1, dt])
 
     @pytest.mark.parametrize("backend", ["python", "numba"])
-    def test_times_broadcast_with_points_and_states(self, controller, backend):
+    def test_times_broadcast_with_points_and_states(self, backend):
         text = "controller c\ninput x\noutput y = s + dt * x\nstate s = 1\nnext s = s + dt\n"
         step, times = fuzzyctl.compile(controller(text), backend), [0.25, 0.5, 1.0]
         outputs, states = step.batch([2.0], [[1.0], [2.0], [3.0]], dt=times)
@@ -294,22 +272,7 @@ class TestStep:
             with pytest.raises(ArgumentError, match=r"'dt' must be one number or have the shape \(1,\)"):
                 step.run([[2.0]], dt=dt)
 
-    def test_arguments_of_another_shape_are_refused(self, controller):
-        step = fuzzyctl.compile(controller(PID), "python")
-        state = step.start()
-        for call in (
-            lambda: step(0.0, state),
-            lambda: step(0.0, 0.0, state[:-1]),
-            lambda: step.run([0.0, 0.0, 0.0]),
-            lambda: step.run([[0.0, 0.0]], state[:-1]),
-            lambda: step.batch([[0.0, 0.0]] * 3, [state, state]),
-            lambda: step.batch([[0.0, 0.0, 0.0]], [state]),
-            lambda: step("a", 0.0, state),
-        ):
-            with pytest.raises(ArgumentError):
-                call()
-
-    def test_the_callers_arrays_stay_as_they_are(self, controller):
+    def test_the_callers_arrays_stay_as_they_are(self):
         step = fuzzyctl.compile(controller(PID), "numba")
         state = step.start()
         state.flags.writeable = False
@@ -317,7 +280,7 @@ class TestStep:
         step.run([[0.3, 0.2]] * 5, state)
         assert state.tolist() == step.start().tolist()
 
-    def test_arguments_may_be_given_by_their_names(self, controller):
+    def test_arguments_may_be_given_by_their_names(self):
         step = fuzzyctl.compile(controller(PID), "python")
         e, y = step.input_names
         by_position = step(0.3, 0.2, step.start())
@@ -330,19 +293,7 @@ class TestStep:
             step(**{e: 0.3, y: 0.2})
 
     @pytest.mark.parametrize("backend", BACKENDS)
-    def test_columns_may_be_given_by_their_names(self, controller, backend):
-        step = fuzzyctl.compile(controller(PID), backend)
-        e, y = step.input_names
-        rows = np.array([[0.3, 0.2], [-0.1, 0.4], [0.0, 1.0]])
-        columns = {y: rows[:, 1], e: rows[:, 0]}
-        assert step.run(columns)[0].tolist() == step.run(rows)[0].tolist()
-        states = np.tile(step.start(), (3, 1))
-        assert step.batch(columns, states)[0].tolist() == step.batch(rows, states)[0].tolist()
-        with pytest.raises(ArgumentError, match=f"a column is missing for: '{y}'"):
-            step.run({e: [0.3]})
-
-    @pytest.mark.parametrize("backend", BACKENDS)
-    def test_a_step_that_was_used_can_be_sent_to_another_process(self, controller, backend):
+    def test_a_step_that_was_used_can_be_sent_to_another_process(self, backend):
         step = fuzzyctl.compile(controller(PID), backend, free=["Kp"])
         used = step(0.3, 0.2, step.start(Kp=2))
         step.run([[0.3, 0.2]] * 5)
@@ -350,12 +301,6 @@ class TestStep:
         copy = pickle.loads(pickle.dumps(step))
         again = copy(0.3, 0.2, copy.start(Kp=2))
         assert (again[0], again[1].tolist()) == (used[0], used[1].tolist())
-
-    @pytest.mark.parametrize("backend", ["python", "numba"])
-    def test_an_integer_beyond_all_floats_is_named(self, controller, backend):
-        step = fuzzyctl.compile(controller(PID), backend)
-        with pytest.raises(ValueOutOfBoundsError, match=rf"input '{step.input_names[1]}' must be within the range"):
-            step(0.3, 10**400, step.start())
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -369,11 +314,11 @@ class TestPromisesOfSystems:
         "controller c\ninput x in [0, 4]\nstate s = 0\nnext s = s + 1\noutput u = gap(x + 2 * s) + 1\nevery 1 s\n"
     )
 
-    def compiled(self, controller, otherwise, backend):
+    def compiled(self, otherwise, backend):
         return fuzzyctl.compile(controller(self.TEXT.format(otherwise)), backend)
 
-    def test_a_broken_one_is_an_error_in_each_form_of_a_call(self, controller, backend):
-        step = self.compiled(controller, "", backend)
+    def test_a_broken_one_is_an_error_in_each_form_of_a_call(self, backend):
+        step = self.compiled("", backend)
         for call in (
             lambda: step(2.0, [0.0]),
             lambda: step.batch([0.0, 2.0], [[0.0], [0.0]]),
@@ -384,8 +329,8 @@ class TestPromisesOfSystems:
         assert step(0.0, [0.0])[0] == 1.0
         assert np.isnan(step.run([0.0, math.nan])[0]).tolist() == [False, True]
 
-    def test_a_nan_that_the_file_declares_is_a_value(self, controller, backend):
-        step = self.compiled(controller, "else nan", backend)
+    def test_a_nan_that_the_file_declares_is_a_value(self, backend):
+        step = self.compiled("else nan", backend)
         assert math.isnan(step(2.0, [0.0])[0])
         assert np.isnan(step.run([0.0, 0.0])[0]).tolist() == [False, True]
         assert pickle.loads(pickle.dumps(step)).run([0.0])[0].tolist() == [1.0]

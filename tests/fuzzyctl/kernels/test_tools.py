@@ -3,10 +3,11 @@
 import math
 
 import hypothesis.strategies as st
+import numpy as np
 import pytest
 from hypothesis import given
 
-from fuzzyctl import as_profile, loads
+from fuzzyctl import as_profile, compile, loads, output_bounds
 from fuzzyctl.expr import Name
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.program.scalar import scalar_function
@@ -107,22 +108,41 @@ class TestTsukamoto:
                 expected /= math.fsum(weights)
             assert found == pytest.approx(expected, rel=1e-14)
 
-    def test_free_places_may_be_infinite_without_spoiling_rules_that_do_not_fire(self):
-        system = loads(
-            """
-system s
+    @pytest.mark.parametrize("backend", ["python", "numpy", "numba"])
+    def test_logarithmic_consequents_of_zhao_tomizuka_isaka(self, backend):
+        system = loads(FORMULAS.format(small="function(-log(y) / c)"))
+        e = np.linspace(-1, 1, 201)
+        n, p = (1 - e) / 2, (1 + e) / 2
+        expected = n * np.exp(-4 * n) + p * (1 - np.exp(-4 * p))
+        np.testing.assert_allclose(compile(system, backend).batch(e[:, None]), expected, rtol=1e-12, atol=1e-15)
+        bound = output_bounds(system)["y"]
+        assert (bound.lo, bound.hi) == (0.0, 1.0)
+
+    @pytest.mark.parametrize(
+        ("small", "degree"),
+        [
+            ("exp(-2 * y)", lambda y: math.exp(-2 * y)),
+            ("sqrt(y / 3) * 2 - 0.25", lambda y: math.sqrt(y / 3) * 2 - 0.25),
+            ("1 - (0.5 + y) / 2", lambda y: 1 - (0.5 + y) / 2),
+            ("-(log(2 - y) - 1)", lambda y: -(math.log(2 - y) - 1)),
+        ],
+    )
+    def test_the_place_of_a_formula_has_the_degree(self, small, degree):
+        text = FORMULAS.format(small=f"function({small})").replace("tsukamoto", "tsukamoto_sum")
+        kernel = compile(loads(text.replace("[0, 1]", "[-9, 9]").replace("if e is P then y is big\n", "")), "python")
+        for w in (0.35, 0.5, 0.6):
+            assert degree(kernel(1 - 2 * w) / w) == pytest.approx(w, rel=1e-12)
+
+
+FORMULAS = """
+param c = 4
+system z
 defuzzifier tsukamoto
-semantics exact(places=free)
-input x in [0, 1]
-  on = ramp(0, 1)
-  off = ramp(1, 0)
-output u in [-3, 5] else 77
-  a = concave(0, 2)
-  b = ramp(0, 4)
-if x is on then u is a
-if x is off then u is b
+input e in [-1, 1]
+  terms N P
+output y in [0, 1]
+  small = {small}
+  big   = function(-1/c * log(1 - y))
+if e is N then y is small
+if e is P then y is big
 """
-        )
-        # The place of a concave term at 0 is -inf; its rule has the activation 0 there.
-        assert system(x=0) == 4.0
-        assert system(x=1) == 2.0

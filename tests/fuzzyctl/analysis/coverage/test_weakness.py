@@ -5,13 +5,7 @@ import random
 import pytest
 
 import fuzzyctl
-from fuzzyctl.diagnostics.fixes import fixed
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.editor.actions import repairs
-from fuzzyctl.editor.document import Document
-from tests.commands import runner
-
-run = runner()
+from fuzzyctl.testing import run_command
 
 SMOKER = """system smoker
 defuzzifier weighted_average
@@ -46,8 +40,8 @@ def product_of(inputs, sigma):
 
 def test_the_claim_of_the_edit_is_refuted_until_terms_are_widened():
     (warning,) = weak(NARROW)
-    claimed = fixed(warning.span.source, [warning.fix])
-    assert claimed == NARROW + "require total(damper) >= 0.1\n"
+    assert [r.text for r in warning.fix.replacements] == ["\nrequire total(damper) >= 0.1"]
+    claimed = NARROW + "require total(damper) >= 0.1\n"
     assert [type(v) for v in fuzzyctl.prove(fuzzyctl.loads(claimed))] == [fuzzyctl.Refuted]
     assert weak(claimed)[0].fix is None
     repaired = claimed.replace(", 10)", ", 15)").replace(", 5)", ", 12)")
@@ -62,10 +56,10 @@ def test_a_smaller_claim_says_that_the_gap_is_meant():
 def test_the_point_has_the_activation_that_is_said():
     rng = random.Random(1)
     reported = 0
-    for _ in range(40):
+    for _ in range(16):
         text = SMOKER.format(round(rng.uniform(4, 20), 1), round(rng.uniform(3, 16), 1))
         system = fuzzyctl.loads(text)
-        lowest = min(max(r.activation for r in fuzzyctl.why(system, error=e / 4).rules) for e in range(-160, 161))
+        lowest = min(max(r.activation for r in fuzzyctl.why(system, error=e / 4).rules) for e in range(-160, 161, 2))
         found = weak(text)
         assert len(found) == (lowest < 0.1 - 1e-3) or abs(lowest - 0.1) < 2e-3
         if found:
@@ -74,7 +68,7 @@ def test_the_point_has_the_activation_that_is_said():
             strongest = max(r.activation for r in fuzzyctl.why(system, error=float(place)).rules)
             assert float(said) == pytest.approx(strongest, rel=0.05)
             assert strongest <= 1.11 * lowest
-    assert 5 < reported < 35
+    assert 2 <= reported < 14
 
 
 @pytest.mark.parametrize(("sigma", "is_weak"), [(0.45, False), (0.2, True)])
@@ -95,9 +89,6 @@ def test_foreign_files_are_searched_within_the_ranges():
 def test_the_command_leaves_the_claim_to_the_editor(tmp_path):
     path = tmp_path / "smoker.fz"
     path.write_text(NARROW)
-    result = run("check", "--fix", "likely", str(path))
+    result = run_command("check", "--fix", "likely", path)
     assert (result.exit_code, path.read_text()) == (0, NARROW)
-    assert "--fix" not in run("check", str(path)).output
-    document = Document(SourceText("smoker.fz", NARROW))
-    (repair,) = repairs(document.proved, NARROW.index("damper in"), NARROW.index("damper in"))
-    assert repair.fix.replacements[0].text == "\nrequire total(damper) >= 0.1"
+    assert "--fix" not in run_command("check", path).output

@@ -3,10 +3,9 @@ import math
 import numpy as np
 import pytest
 
-from fuzzyctl import loads
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, NoRuleFiresError
+from fuzzyctl import ArgumentError, FuzzyctlError, NoRuleFiresError, loads
+from fuzzyctl import compile as compile_system
 from fuzzyctl.expr import Name
-from fuzzyctl.kernels.compile import compile as compile_system
 
 BACKENDS = ("python", "numba")
 
@@ -19,28 +18,6 @@ def stored(function, *arguments, size=7):
 
 @pytest.mark.parametrize("backend", BACKENDS)
 class TestAdaptiveKernel:
-    def test_has_one_consequent_for_each_rule(self, adaptive, backend):
-        kernel = compile_system(adaptive, backend)
-        assert kernel.n_rules == kernel.n_states == 7
-        np.testing.assert_array_equal(kernel.start(), np.zeros(7))
-
-    def test_interpolates_the_consequents_of_the_state(self, adaptive, backend):
-        kernel = compile_system(adaptive, backend)
-        state = np.arange(7.0) / 10
-        assert kernel(0.0, state) == pytest.approx(0.3)
-        assert kernel(0.4 / 6, state) == pytest.approx(0.35)
-        np.testing.assert_allclose(kernel.batch([[0.0], [0.4 / 6]], state), [0.3, 0.35])
-        np.testing.assert_allclose(kernel.batch([[0.0], [0.0]], [state, 2 * state]), [0.3, 0.6])
-
-    def test_strengths_are_normalised(self, adaptive, backend):
-        xi = stored(compile_system(adaptive, backend).jit_strengths, 0.1)
-        assert xi.sum() == pytest.approx(1)
-        assert np.flatnonzero(xi).tolist() == [3, 4]
-
-    def test_rates_take_the_raw_input_and_clamped_strengths(self, adaptive, backend):
-        rates = stored(compile_system(adaptive, backend).jit_rates, 5.0, np.zeros(7))
-        np.testing.assert_array_equal(rates, [0, 0, 0, 0, 0, 0, 5.0])
-
     def test_rates_stop_at_the_ends_of_the_range_and_let_go_inwards(self, adaptive, backend):
         rates = compile_system(adaptive, backend).jit_rates
         at_top = np.full(7, 2.0)
@@ -102,22 +79,6 @@ if x is p then u is p
         expected = 1 / x + math.log(x) + 2 * math.sqrt(x) - 1
         rates = stored(kernel.jit_rates, x, np.zeros(2), size=2)
         np.testing.assert_allclose(rates, expected * np.array([(1 - x) / 2, (1 + x) / 2]))
-
-    def test_a_rate_may_use_any_input_by_its_name(self, backend):
-        system = loads(
-            """
-system s
-defuzzifier weighted_average
-input x in [0, 1]
-  on = triangle(-inf, 0, inf)
-input y in [0, 10]
-  on = triangle(-inf, 0, inf)
-output u in [-99, 99] adaptive rate 2 * y - x
-  a = singleton(0)
-if x is on and y is on then u is a
-"""
-        )
-        assert stored(compile_system(system, backend).jit_rates, 1.0, 7.0, np.zeros(1), size=1) == [13]
 
     def test_a_missing_state_is_named(self, adaptive, backend):
         kernel = compile_system(adaptive, backend)

@@ -4,11 +4,8 @@ import math
 
 import pytest
 
-from fuzzyctl.expr import Compare, Name, Number, Where
-from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.program.derivatives import comparisons
-from fuzzyctl.kernels.program.program import Assign, Quadrature
-from fuzzyctl.loading.load import loads
+from fuzzyctl import compile as compile_system
+from fuzzyctl import loads
 from tests import sizes
 
 TEXT = """
@@ -84,10 +81,3 @@ def test_jumps_that_move_have_their_share(known, text, points, backend):
         area, moment, area_by, moment_by = known(x)
         assert value == pytest.approx(moment / area, abs=1e-13)
         assert slope == pytest.approx((moment_by - area_by * moment / area) / area, abs=1e-12)
-
-
-def test_a_choice_of_the_smaller_value_makes_no_jump():
-    a, b = Name("a"), Name("b")
-    least, side = Where(Compare("<", a, b), a, b), Where(Compare(">=", a, b), Number(1.0), b)
-    whole = Quadrature("m", "s", "moments", "x", (Assign("c", least),), side, ("a", "b"), "T0", ())
-    assert comparisons(whole) == [Compare(">=", a, b)]
