@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import numpy as np
 
 import fuzzyctl
-from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl import FuzzySystem
 from tests.peers.catalogue import PEERS
 from tests.peers.comparing import SKIPPED, Case, outputs_of_peer
 

@@ -9,7 +9,6 @@ from gymnasium.utils.env_checker import check_env
 import fuzzyctl
 from fuzzyctl import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.interop.gymnasium import Policy, environment
-from fuzzyctl.support.shipped import rules_folder
 from tests import sizes
 
 
@@ -30,8 +29,7 @@ def episode(env, policy, seed=0):
 class TestLoop:
     @pytest.mark.parametrize("backend", ["numba", "python"])
     def test_a_controller_as_the_policy_gives_the_run_of_simulate(self, tank, backend):
-        loop = tank(f"{500 if sizes.LONG else 10} s step 10 ms".replace("10 ms", "50 ms" if sizes.LONG else "10 ms"))
-        quiet = with_noise(loop, 0.0)
+        quiet = tank("500 s step 50 ms" if sizes.LONG else "10 s step 10 ms", sigma=0)
         run = fuzzyctl.Experiment(quiet, backend).run()
         every = 1 if sizes.LONG else 5
         env = environment(quiet, "law", reward="iae", backend=backend)
@@ -42,7 +40,7 @@ class TestLoop:
         assert not terminated
 
     def test_a_measure_of_a_part_of_the_run_is_its_reward(self, tank):
-        loop = with_noise(tank("4 s step 10 ms", "measure part = ise(0.5 * tank.y, 1, begin=1 s, end=3 s)\n"), 0.0)
+        loop = tank("4 s step 10 ms", "measure part = ise(0.5 * tank.y, 1, begin=1 s, end=3 s)\n", sigma=0)
         _, _, rewards, _, _ = episode(environment(loop, "law", reward="part"), Policy(loop.controllers[0]))
         assert -sum(rewards) == pytest.approx(fuzzyctl.Experiment(loop).run().measures["part"], rel=1e-12)
 
@@ -60,7 +58,7 @@ class TestLoop:
         assert env.reset(options={"start": {"tank.h": 0.9}})[1]["tank.y"] == 0.9
 
     def test_leaving_a_range_terminates_with_a_penalty(self):
-        loop = fuzzyctl.load(rules_folder() / "loops" / "pendulum.fz", block=fuzzyctl.Loop)
+        loop = fuzzyctl.load("pendulum", block=fuzzyctl.Loop)
         env = environment(loop, "law", reward=lambda signals: 1.0, actions={"law.force": (-9.0, 9.0)}, penalty=100.0)
         _, _, rewards, signals, terminated = episode(env, lambda_policy([0.0]))
         assert terminated
@@ -191,7 +189,7 @@ class TestPlant:
 
 class TestPolicy:
     def test_a_system_is_a_policy_without_state(self):
-        system = fuzzyctl.load(rules_folder() / "tipper.fz")
+        system = fuzzyctl.load("tipper")
         policy = Policy(system)
         assert policy([3.0, 8.0]).tolist() == [fuzzyctl.compile(system, "python")(3.0, 8.0)]
         with pytest.raises(ArgumentError, match=r"must have the shape \(2,\) for service, food"):
@@ -205,7 +203,7 @@ class TestPolicy:
         assert caught.value.name == "observation of level"
         assert policy.state.tolist() == before
         with pytest.raises(ValueOutOfBoundsError, match="observation of service, food"):
-            Policy(fuzzyctl.load(rules_folder() / "tipper.fz"))([math.nan, math.nan])
+            Policy(fuzzyctl.load("tipper"))([math.nan, math.nan])
 
     def test_reset_forgets(self, tank):
         policy = Policy(tank().controllers[0])
@@ -228,18 +226,3 @@ def lambda_policy(action):
             return np.array(action)
 
     return Same()
-
-
-def with_noise(loop, sigma):
-    """Return a loop whose noise has another standard deviation."""
-    import dataclasses
-
-    from fuzzyctl.expr import Call, Keyword, Number, replace
-
-    def change(e):
-        if isinstance(e, Call) and e.function == "noise":
-            return Call("noise", tuple(Keyword(a.name, Number(sigma)) if a.name == "sigma" else a for a in e.arguments))
-        return e
-
-    definitions = tuple(dataclasses.replace(d, value=replace(d.value, change)) for d in loop.definitions)
-    return dataclasses.replace(loop, definitions=definitions)

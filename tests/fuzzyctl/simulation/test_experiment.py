@@ -7,11 +7,8 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl import ArgumentError, DiagnosticError, Experiment, UnknownNameError, ValueOutOfBoundsError
-from fuzzyctl.analysis.check import check_source
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import look_through
 from fuzzyctl.simulation.simulate import solved
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.testing import check_text
 
 BACKENDS = ("python", "numba")
 
@@ -158,7 +155,7 @@ class TestRun:
 
     @pytest.mark.parametrize("name", ["water_tank", "pendulum"])
     def test_shipped_loops_run_the_same_on_both_backends_and_meet_their_requirements(self, name):
-        loop = fuzzyctl.load(rules_folder() / "loops" / f"{name}.fz", block=fuzzyctl.Loop)
+        loop = fuzzyctl.load(name, block=fuzzyctl.Loop)
         one, other = (Experiment(loop, backend).run() for backend in BACKENDS)
         assert one.passed
         assert one.record == pytest.approx(other.record, rel=1e-9, abs=1e-9)
@@ -269,7 +266,7 @@ class TestSampleTimes:
 
     def test_check_reports_a_period_that_is_no_multiple_of_the_step(self):
         text = f"{self.SLOW}loop l\nblock slow = slow(t)\nrun 1 s step 15 ms\n"
-        _, found = check_source(SourceText("l.fz", text))
+        _, found = check_text(text)
         assert [d.code for d in found] == ["FZ702"]
 
     @pytest.mark.parametrize(
@@ -282,7 +279,7 @@ class TestSampleTimes:
     )
     def test_a_measure_without_samples_is_warned_of_with_the_times_that_exist(self, window, taken):
         text = f"{LAG_PLANT}loop l\nblock p = p(1)\nmeasure m = maximum(p.y, {window})\nrun 1 s step 10 ms\n"
-        _, found = check_source(SourceText("l.fz", text))
+        _, found = check_text(text)
         message = "measure 'm' has no value: it takes two samples or more"
         facts = (f"maximum(...) takes those {taken}", "the run has samples from 0 s to 1 s, one each 0.01 s")
         assert [(d.code, d.severity, d.message, d.facts) for d in found] == [("FZ214", "warning", message, facts)]
@@ -425,9 +422,7 @@ class TestDeadTime:
     def test_dead_times_of_too_many_steps_or_numbers_are_named_by_check(self):
         plant = "plant {0}\ninput u\nstate x = 0\nder x = delay(u, {1} s)\noutput y = x\n"
         text = plant.format("a", "1e-7") + plant.format("b", "1e7")
-        _, found = check_source(
-            SourceText("l.fz", f"{text}loop l\nblock a = a(1)\nblock b = b(1)\nrun 10 s step 1 ms\n")
-        )
+        _, found = check_text(f"{text}loop l\nblock a = a(1)\nblock b = b(1)\nrun 10 s step 1 ms\n")
         assert [(d.code, d.span.line, d.message) for d in found] == [
             ("FZ703", 4, "a dead time of 1e-07 s takes 10,000 steps of integration a sample, 100,010,000 in all"),
             ("FZ703", 9, "a dead time of 1e+07 s keeps 4e+10 numbers at steps of 0.001 s"),
@@ -515,7 +510,7 @@ class TestSignals:
 
     def test_noises_of_one_seed_are_warned_of(self):
         lets = "let a = noise(0.1, seed=3)\nlet b = noise(0.2, 3)\nallow FZ216\n"
-        _, found = check_source(SourceText("l.fz", f"{LAG_PLANT}loop l\nblock p = p(0)\n{lets}run 1 s step 10 ms\n"))
+        _, found = check_text(f"{LAG_PLANT}loop l\nblock p = p(0)\n{lets}run 1 s step 10 ms\n")
         message = "two noises have the seed 3: they are the same numbers"
         assert [(d.code, d.severity, d.message, d.span.line) for d in found] == [("FZ214", "warning", message, 10)]
 
@@ -781,7 +776,7 @@ def test_recorded_calls_are_what_the_systems_are_given(loop):
     run = Experiment(twice, "python", record_calls=True).run()
     assert set(run.names) - set(plain.names) == {"law.gain.y", "law.gain.2.y"}
     assert run["law.gain.2.y"] == pytest.approx(2 * run["law.gain.y"], abs=1e-15)
-    tank = fuzzyctl.load(rules_folder() / "loops" / "water_tank.fz", block=fuzzyctl.Loop)
+    tank = fuzzyctl.load("water_tank", block=fuzzyctl.Loop)
     run = fuzzyctl.simulate(tank, record_calls=True)
     surface = fuzzyctl.compile(tank.controllers[0].systems[0])
     moved = [surface(e, c) for e, c in zip(run["law.surface.error"], run["law.surface.change"], strict=True)]
@@ -806,7 +801,7 @@ def coupled(tanks):
     plant = "plant tank\ninput q\nstate h in [0, inf) = 0.1\nlet out = where(h > 0, sqrt(h), 0)\n"
     plant += "der h = q - out\noutput y = out\n"
     blocks = "".join(f"block t{k} = tank({f't{k - 1}.y' if k else '0.2'})\n" for k in range(tanks))
-    return look_through(SourceText("tanks.fz", f"{plant}loop row\n{blocks}run 1 s step 100 ms\n")).blocks[-1]
+    return fuzzyctl.loads(f"{plant}loop row\n{blocks}run 1 s step 100 ms\n", block=fuzzyctl.Loop)
 
 
 def test_many_branches_are_not_compiled():

@@ -8,7 +8,6 @@ import pytest
 import fuzzyctl
 from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.plain_run import PlainRunError, plain_run
-from fuzzyctl.support.shipped import rules_folder
 
 TANK = """plant tank
 input q
@@ -50,7 +49,7 @@ def same(loop):
 
 
 def test_a_run_has_the_bits_of_simulate(tmp_path):
-    assert not same(fuzzyctl.load(rules_folder() / "loops" / "pendulum.fz", block=fuzzyctl.Loop)).stopped
+    assert not same(fuzzyctl.load("pendulum", block=fuzzyctl.Loop)).stopped
     assert not same(written(tmp_path)).stopped
 
 

@@ -7,9 +7,14 @@ import sys
 import pytest
 
 import fuzzyctl
-from fuzzyctl.codegen.python_source import module, module_name
+from fuzzyctl.codegen.files import sources
 from tests.fuzzyctl.codegen.steps.targets import controller_of, unit_of
 from tests.fuzzyctl.codegen.steps.texts import TEXTS
+
+
+def module(unit):
+    (text,) = sources(unit, "python").values()
+    return text
 
 
 def run(text):
@@ -68,4 +73,4 @@ class TestModule:
         text = f"controller {name}\ninput {name} in [0, 1]\ninput y\noutput u = {name} / y + previous(y)\nevery 1 s\n"
         names = run(text)
         assert names["step"](1.0, 2.0, names["start"]()) == (0.5, [2.0])
-        assert module_name(unit_of(text)).isidentifier()
+        assert next(iter(sources(unit_of(text), "python"))).removesuffix(".py").isidentifier()
