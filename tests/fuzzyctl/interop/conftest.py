@@ -42,10 +42,7 @@ def tank(tmp_path):
         written = (rules_folder() / "loops" / "water_tank.fz").read_text(encoding="utf-8")
         written = written.replace("60 s step 10 ms", duration).replace("sigma=0.002", f"sigma={sigma}")
         path = tmp_path / "tank.fz"
-        path.write_text(
-            written.replace("60 s step 10 ms", duration).replace("sigma=0.002", f"sigma={sigma}") + text,
-            encoding="utf-8",
-        )
+        path.write_text(written + text, encoding="utf-8")
         return fuzzyctl.load(path, block=fuzzyctl.Loop)
 
     return load
