@@ -10,9 +10,9 @@ import pytest
 
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.expr import FUNCTIONS
-from fuzzyctl.formulas import CONJUNCTIONS, DISJUNCTIONS, HEDGES
 from tests import sizes
 from tests.fuzzyctl.codegen.conftest import ALL, prepared, run_selftests, unit_of, written
+from tests.peers.drawing import CONJUNCTIONS, DISJUNCTIONS
 from tests.properties.drawn_systems import SHAPES, SIZED
 
 pytestmark = pytest.mark.usefixtures("node")
@@ -136,6 +136,7 @@ def sets():
 
 
 NORMS = (("and", CONJUNCTIONS), ("or", DISJUNCTIONS))
+HEDGES = "very somewhat extremely slightly seldom not any".split()
 #: Held values stay where an output has no value.
 ROOTS = """system roots
 defuzzifier weighted_average

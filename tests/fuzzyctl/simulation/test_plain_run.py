@@ -6,7 +6,6 @@ import re
 import pytest
 
 import fuzzyctl
-from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.plain_run import PlainRunError, plain_run
 
 TANK = """plant tank
@@ -35,7 +34,7 @@ def bits(values):
 
 
 def same(loop):
-    run, plain = Experiment(loop, "python").run(), plain_run(loop)
+    run, plain = fuzzyctl.Experiment(loop, "python").run(), plain_run(loop)
     assert bits(plain.t) == bits(run.t)
     assert {n: bits(v) for n, v in plain.signals.items()} == {n: bits(run[n]) for n in run.positions}
     assert bool(plain.stopped) == (run.stopped is not None)
