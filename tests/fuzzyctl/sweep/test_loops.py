@@ -3,6 +3,8 @@
 import csv
 import json
 import math
+import os
+import pickle
 import zipfile
 from types import SimpleNamespace
 
@@ -246,6 +248,19 @@ class TestJournal:
         assert "file laws.fz" in found["facts"][0]
         assert journal.exists()
 
+    def test_a_folder_that_cannot_be_used_is_named(self, folder, here):
+        fcntl = pytest.importorskip("fcntl")
+        journal = interrupted(folder, here, 3)
+        with journal.open("rb") as other:
+            fcntl.flock(other, fcntl.LOCK_EX)
+            assert "is in use by another sweep" in sweep(folder, SPEC, "--resume").output
+        journal.unlink()
+        os.mkfifo(journal)
+        assert "is not a regular file" in sweep(folder, SPEC).output
+        journal.unlink()
+        os.mkfifo(folder / "out" / "sweep.json")
+        assert "no sweep wrote that" in sweep(folder, SPEC).output
+
     def test_a_full_disk_is_reported_with_the_file(self, folder):
         resource = pytest.importorskip("resource")
         limits = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -260,20 +275,30 @@ class TestJournal:
 
 
 class TestFiles:
-    def test_a_table_that_changes_while_the_sweep_runs_ends_it(self, folder, monkeypatch):
+    @pytest.mark.parametrize(
+        ("name", "old", "new", "words"),
+        [
+            ("r.csv", "0,1", "0,2", "r.csv changed while the sweep ran"),
+            ("small.fz", "run 2 s", "run 3 s", "small.fz changed while the sweep ran"),
+            ("small.fz", "run 2 s", "rum 2 s", "was checked, but cannot be prepared"),
+        ],
+    )
+    def test_a_file_that_changes_while_the_sweep_runs_ends_it(self, folder, monkeypatch, name, old, new, words):
         (folder / "r.csv").write_text("t,r\n0,1\n2,1\n", encoding="utf-8")
         text = FILE.replace("height * steps(0: 1)", 'csv("r.csv", column="r")')
         (folder / "small.fz").write_text(text, encoding="utf-8")
         compute = sweep_workers.compute
 
         def changing(setup, runs, jobs):
-            (folder / "r.csv").write_text("t,r\n0,2\n2,1\n", encoding="utf-8")
-            return compute(setup, runs, jobs)
+            path = folder / name
+            path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+            fresh = pickle.loads(pickle.dumps(setup)) if name == "small.fz" else setup
+            return compute(fresh, runs, jobs)
 
         monkeypatch.setattr(sweep_workers, "compute", changing)
         found = sweep(folder, 'scenario = "small.fz"\n')
         assert found.exit_code == 1
-        assert "r.csv changed while the sweep ran" in f"{found.output}{found.errors}"
+        assert words in f"{found.output}{found.errors}"
 
     @pytest.mark.parametrize(
         ("code", "reason"),
