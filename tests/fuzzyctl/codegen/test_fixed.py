@@ -222,6 +222,12 @@ class TestRefusal:
         if other:
             assert fixed(text, other[2], *options, *(["--table", other[1]] if other[1] else []))
 
+    def test_formats_that_no_type_has_are_wrong_usage(self):
+        for form in ("3.12", "Q3", "Q-1.3", "Q16.16", "Q0.0", "Q3.12f", "", "Q99.99"):
+            assert written(LINE, "c", "--fixed", form).code == 2
+        widths = [re.search(r"int(\d+)_t line", fixed(LINE, f).files["line.h"])[1] for f in ("Q3.12", "q8.8", "Q15.16")]
+        assert widths == ["16", "32", "32"]
+
 
 def step_of(lines, form="Q5.10", period="every 50 ms\n", head=HEAD):
     """Return what is written of a controller."""
