@@ -715,6 +715,8 @@ class TestFree:
         for substeps in (0, -1, 1.5, "1"):
             with pytest.raises(ArgumentError, match="'substeps' must be a positive integer, got "):
                 fuzzyctl.simulate(loop(FILL), substeps=substeps)
+        with pytest.raises(ArgumentError, match="expected a Loop, got Plant"):
+            Experiment(loop(FILL).plants[0])
         with pytest.raises(UnknownNameError, match="backend 'cuda'"):
             Experiment(loop(FILL), "cuda")
 
