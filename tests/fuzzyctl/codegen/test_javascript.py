@@ -117,9 +117,9 @@ def functions():
 
 def integrals():
     """Return systems with adaptive integrals."""
-    pairs = [("min", "max", "bisector"), ("product", "sum", "centroid")]
-    pairs += [("min", "max", "centroid"), ("nilpotent_minimum", "nilpotent_maximum", "bisector")] if sizes.LONG else []
-    for i, a, kind in pairs:
+    pairs = [("product", "sum", "centroid"), ("min", "max", "bisector"), ("min", "max", "centroid")]
+    pairs += [("nilpotent_minimum", "nilpotent_maximum", "bisector")]
+    for i, a, kind in pairs if sizes.LONG else pairs[:1]:
         text = two("c", f"implication {i}\naggregation {a}\ndefuzzifier {kind}", "x is a", "x is b")
         yield text.replace("triangle(-0.2, 0.1, 0.6)", "gaussian(0.1, 0.2)")
     yield GAP
@@ -128,14 +128,14 @@ def integrals():
 def sets():
     """Return systems with every norm, hedge and defuzzifier over sets."""
     sampled = "defuzzifier centroid(resolution=11)"
-    yield from (two("norms", f"{word} {n}\n{sampled}") for word, own in NORMS for n in own)
-    yield from (two("hedged", sampled, f"x is {h} a", f"y is {h} b or x is b") for h in HEDGES)
+    yield from (two("norms", f"and {n}\nor {m}\n{sampled}") for n, m in zip(CONJUNCTIONS, DISJUNCTIONS, strict=True))
+    hedged = two("hedged", sampled, "x is a", "x is b")
+    yield hedged + "".join(f"if x is {h} a and y is {h} b then u is {'pq'[k % 2]}\n" for k, h in enumerate(HEDGES))
     for kind in ("centroid", "bisector", "som", "lom", "mom"):
         yield from (two("sets", f"defuzzifier {kind}{more}") for more in ("", "(resolution=11)"))
     yield from (two("sets", f"implication product\naggregation sum\ndefuzzifier {k}") for k in ("centroid", "bisector"))
 
 
-NORMS = (("and", CONJUNCTIONS), ("or", DISJUNCTIONS))
 HEDGES = "very somewhat extremely slightly seldom not any".split()
 #: Held values stay where an output has no value.
 ROOTS = """system roots

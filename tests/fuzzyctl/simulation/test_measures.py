@@ -42,6 +42,7 @@ TABLE = [
     ("settling(lag, one)", 2 * math.log(50), 1e-5),
     ("settling(lag, one, band=0.1)", 2 * math.log(10), 1e-5),
     ("settling(0.5 * s, one)", math.inf, 0),
+    ("settling(lag, one, band=2)", 0, 0),
     ("settling(where(t > 0, 1, 0.999), one)", 0.002, 0.05),
     ("iae(lag, one)", 2, 1e-5),
     ("ise(lag, one)", 1, 1e-5),
