@@ -169,7 +169,7 @@ ST_RESERVED: Final = (
 PYTHON_RESERVED: Final = _words(
     """
     and as assert async await break case class continue def del elif else except false finally for from global
-    if import in is lambda match none nonlocal not or pass raise return true try type while with False None True
+    if import in is lambda match none nonlocal not or pass raise return true try type while with yield False None True
     abs float range print sum math sys main inf nan state result divide smaller larger held power sqrt exp
     log sin cos tan atan2 floor fmod as_number evaluate init rates INPUTS OUTPUTS NoRuleFires len zip ArithmeticError
     OverflowError ValueError

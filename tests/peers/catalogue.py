@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl import FuzzySystem
 from tests.peers import fis, fll, plain
 from tests.peers.drawing import CONJUNCTIONS, CURVED, DISJUNCTIONS, MONOTONE, STRAIGHT, Abilities
 

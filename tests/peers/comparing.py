@@ -14,10 +14,9 @@ from random import Random
 import numpy as np
 
 import fuzzyctl
-from fuzzyctl.explain.trace import trace
-from fuzzyctl.model.method import MAXIMA
-from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl import FuzzySystem
 from tests.peers.catalogue import Peer
+from tests.peers.drawing import MAXIMA
 from tests.peers.literal import literal_norms
 
 #: Largest difference that counts as agreement, relative to the larger of the value and the width of the output's range.
@@ -287,7 +286,7 @@ def _vanishes(case: Case, row: int, output: int) -> bool:
             x + random.choice((-1.0, 1.0)) * nudge * max(abs(x), _width(case, k)) if isfinite(x) else x
             for k, x in enumerate(case.points[row])
         ]
-        found = trace(case.system, dict(zip((i.name for i in case.system.inputs), moved, strict=True)))
+        found = fuzzyctl.why(case.system, dict(zip((i.name for i in case.system.inputs), moved, strict=True)))
         largest = max(
             largest, *(c.effective_activation for r in found.rules for c in r.contributions if c.output == name), 0.0
         )

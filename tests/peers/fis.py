@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from fuzzyctl import FuzzySystem
 from fuzzyctl.model.rule import And, Antecedent, Is, Or, Rule
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Term
 
 #: Kinds with the positions of their parameters in the order of the file.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from fuzzyctl import FuzzySystem
 from fuzzyctl.expr import Expr, to_text
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import And, Antecedent, Is, Or, Rule, RuleBlock
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Output, Term
 
 KINDS = {

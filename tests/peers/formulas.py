@@ -18,8 +18,6 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import numpy as np
 
 import fuzzyctl
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import examine
 from tests.peers.catalogue import PEERS, Peer
 from tests.peers.comparing import Case, outputs_of_peer
 
@@ -168,8 +166,7 @@ def file_of(formulas: list[str], profile: str) -> str:
 
 def measured(peer: Peer, text: str, width: int) -> np.ndarray:
     """Return what the peer computes."""
-    system, diagnostics = examine(SourceText("formulas.fll", text))
-    assert system is not None, diagnostics
+    system = fuzzyctl.loads(text, "formulas.fll")
     found = outputs_of_peer(peer, [Case("formulas", system, text, [list(p) for p in POINTS])])["formulas"]
     assert isinstance(found, np.ndarray), found
     assert found.shape == (len(POINTS), width)
@@ -178,7 +175,7 @@ def measured(peer: Peer, text: str, width: int) -> np.ndarray:
 
 def case(text: str, theirs: np.ndarray) -> dict:
     """Return a case as `store.py` writes it, after a look at what differs here."""
-    system, _ = examine(SourceText("formulas.fll", text))
+    system = fuzzyctl.loads(text, "formulas.fll")
     ours = fuzzyctl.compile(system, backend="numpy").batch(np.array(POINTS)).reshape(theirs.shape)
     for row, k in zip(*np.nonzero(~np.isclose(ours, theirs, rtol=1e-9, atol=1e-9, equal_nan=True)), strict=True):
         formula = [line for line in text.splitlines() if "Function" in line][k]

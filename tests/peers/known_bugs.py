@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import numpy as np
 
 import fuzzyctl
-from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl import FuzzySystem
 from tests.peers.catalogue import PEERS
 from tests.peers.comparing import SKIPPED, Case, outputs_of_peer
 
@@ -44,13 +44,15 @@ class Bug:
     @property
     def system(self) -> FuzzySystem:
         """The system under the peer's profile."""
-        return fuzzyctl.loads(f"system bug\nsemantics {PEERS[self.peer].profile}\n{self.text}")
+        text = self.text.replace("LOW\n", LOW)
+        return fuzzyctl.loads(f"system bug\nsemantics {PEERS[self.peer].profile}\n{text}")
 
 
+#: Systems without their head; LOW is the input that most of them have.
+LOW = "input a in [0, 10] extrapolate\n  low = triangle(0, 2, 4)\n"
 _ONE_RULE = """
 defuzzifier centroid
-input a in [0, 10] extrapolate
-  low = triangle(0, 2, 4)
+LOW
 output y in [0, 10]
   left = triangle(0, 2, 4)
 if a is low then y is left
@@ -66,8 +68,7 @@ if a is low then y is f
 _LONE = """
 {norm}
 defuzzifier weighted_average
-input a in [0, 10] extrapolate
-  low = triangle(0, 2, 4)
+LOW
   mid = triangle(2, 4, 6)
 output y in [0, 10]
   small = constant(1)
@@ -98,8 +99,7 @@ if a is hill then y is large
 if a is low then y is small
 """
 _NAN = """
-input a in [0, 10] extrapolate
-  low = triangle(0, 2, 4)
+LOW
 input b in [0, 10] extrapolate
   low = triangle(0, 2, 4)
 output y in [0, 10] else 7 aggregation sum defuzzifier weighted_average
@@ -117,37 +117,32 @@ if a is low then y is left
 if a is low then y is right
 """
 _INVERTED = """
-input a in [0, 10] extrapolate
-  low = triangle(0, 2, 4)
+LOW
 output y in [0, 10] else nan aggregation sum defuzzifier tsukamoto
   only = {term}
 if a is low then y is only
 """
 _CORNER = """
-input a in [0, 10] extrapolate
-  low = triangle(0, 2, 4)
+LOW
 output y in [0, 10] else nan defuzzifier centroid(resolution=4)
   only = rectangle(1.2500001, 6)
 if a is low then y is only
 """
 _EMPTY = """
 implication bounded_difference
-input a in [0, 10] extrapolate
-  low = triangle(0, 2, 4)
+LOW
 output y in [0, 10] else 7 defuzzifier {kind}(resolution=4)
   only = triangle(2, 5, 8, height=0.4)
 if a is low then y is only
 """
 _HEDGED = """
-input a in [0, 10] extrapolate
-  low = triangle(0, 2, 4)
+LOW
 output y in [0, 10] else 7 aggregation sum defuzzifier weighted_sum
   only = constant(5)
 if a is low then y is not only
 """
 _NEVER = """
-input a in [0, 10] extrapolate
-  low = triangle(0, 2, 4)
+LOW
 output y in [0, 10] else 7 aggregation max defuzzifier tsukamoto
   up = ramp(0, 10)
   down = concave(8, 2)
@@ -156,8 +151,7 @@ if a is low then y is up
 """
 _TIED = """
 activation highest(count=2)
-input a in [0, 10] extrapolate
-  low = triangle(0, 2, 4)
+LOW
 output y in [0, 10] else nan aggregation sum defuzzifier weighted_average
   one = constant(1)
   two = constant(2)

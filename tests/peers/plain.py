@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from fuzzyctl import FuzzySystem
 from fuzzyctl.expr import to_text
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
 
 

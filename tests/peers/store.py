@@ -18,9 +18,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
 
-from fuzzyctl import dumps
+from fuzzyctl import FuzzySystem, dumps
 from fuzzyctl.model.rule import literals
-from fuzzyctl.model.system import FuzzySystem
 from tests.peers.catalogue import PEERS, Peer
 from tests.peers.comparing import AGREEMENT, SKIPPED, Case, differences, evaluated, outputs_of_peer, widths_of
 from tests.peers.run import drawn

@@ -7,9 +7,6 @@ from pathlib import Path
 import pytest
 
 import fuzzyctl
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import examine
-from fuzzyctl.model.as_profile import as_profile
 from tests.tipper import POINTS, TIPS
 
 SAMPLES = Path(__file__).parent.parent / "fuzzyctl" / "formats" / "samples"
@@ -17,9 +14,8 @@ TIPPER = (SAMPLES / "tipper.fis").read_text(encoding="utf-8")
 
 
 def tips(profile: str) -> list[float]:
-    system, diagnostics = examine(SourceText("tipper.fis", TIPPER))
-    assert system is not None, diagnostics
-    return fuzzyctl.compile(as_profile(system, profile), backend="python").batch(POINTS).tolist()
+    system = fuzzyctl.loads(TIPPER, "tipper.fis")
+    return fuzzyctl.compile(fuzzyctl.as_profile(system, profile), backend="python").batch(POINTS).tolist()
 
 
 def test_matlabs_manual_prints_these():

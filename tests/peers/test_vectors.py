@@ -13,9 +13,6 @@ import numpy as np
 import pytest
 
 import fuzzyctl
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import examine
-from fuzzyctl.model.as_profile import as_profile
 
 VECTORS = Path(__file__).parent / "vectors"
 CASES = [
@@ -32,10 +29,9 @@ def rows(lines: list[str]) -> np.ndarray:
 
 @pytest.mark.parametrize(("profile", "case"), CASES)
 def test_the_numbers_are_the_peers(profile, case):
-    system, diagnostics = examine(SourceText(f"drawn{case['suffix']}", "\n".join(case["text"]) + "\n"))
-    assert system is not None, diagnostics
+    system = fuzzyctl.loads("\n".join(case["text"]) + "\n", f"drawn{case['suffix']}")
     if system.method.semantics.profile != profile:
-        system = as_profile(system, profile)
+        system = fuzzyctl.as_profile(system, profile)
     theirs = rows(case["outputs"])
     ours = fuzzyctl.compile(system, backend="numpy").run(rows(case["points"]))[0].reshape(theirs.shape)
     widths = [system.number(o.upper) - system.number(o.lower) for o in system.outputs]

@@ -1,17 +1,19 @@
 """Systems of all kinds, each small, and what compiles and runs the generated text."""
 
+import json
 import shutil
 import subprocess
+import tempfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import pytest
 
-from fuzzyctl import load, loads
-from fuzzyctl.codegen import sequence, vectors
-from fuzzyctl.codegen.files import generate
+from fuzzyctl import loads
+from fuzzyctl.codegen import files
 from fuzzyctl.codegen.prepare import prepare
+from fuzzyctl.testing import run_command
 from tests import shipped
 
 RULES = Path(__file__).resolve().parents[3] / "rules"
@@ -142,11 +144,6 @@ ACTIVATIONS = {
 TEXTS |= {k: averaged(k, f"activation {a}", otherwise=" else 0.5") for k, a in ACTIVATIONS.items()}
 
 
-def system_of(name):
-    path = RULES / f"{name}.fz"
-    return load(path) if path.exists() else loads(TEXTS[name])
-
-
 ALL = [*TEXTS, *(p.stem for p in shipped.SYSTEMS)]
 
 
@@ -166,6 +163,40 @@ def pytest_generate_tests(metafunc):
         metafunc.parametrize("some_kind", kinds)
 
 
+@dataclass(frozen=True)
+class Written:
+    """The result of `fuzzyctl codegen`: its report, the text of each file by name, its messages."""
+
+    code: int
+    data: dict
+    files: dict
+    errors: str
+
+
+@cache
+def _written(text, target, options):
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "own.fz").write_text(text, encoding="utf-8")
+        given = ("own.fz", "--target", target, "-o", "out", "--format", "json", *options)
+        run = run_command("codegen", *given, folder=folder)
+        data = json.loads(run.output) if run.exit_code == 0 else {}
+        texts = {Path(p).name: (folder / p).read_text(encoding="utf-8") for p in data.get("files", ())}
+    return Written(run.exit_code, data, texts, f"{run.output}{run.errors}")
+
+
+def written(text, target="c", *options):
+    """Write a text, or one of the systems by name, with `fuzzyctl codegen`; once for all tests."""
+    return _written(text_of(text), target, options)
+
+
+def text_of(name):
+    """Return the text of one of the systems by name; any other text as it is."""
+    if "\n" in name:
+        return name
+    return TEXTS[name] if name in TEXTS else (RULES / f"{name}.fz").read_text(encoding="utf-8")
+
+
 @dataclass
 class Built:
     """A compiled self-test: what it printed, and whether it was content."""
@@ -174,21 +205,42 @@ class Built:
     output: str
 
 
+def run_c(texts, folder, flags=(), change=None):
+    """Compile C files with their self-test, strictly, and run that."""
+    if shutil.which("gcc") is None:
+        pytest.skip("gcc is not installed")
+    for name, content in texts.items():
+        (folder / name).write_text(change(name, content) if change else content, encoding="utf-8")
+    sources = [str(folder / name) for name in texts if name.endswith(".c")]
+    subprocess.run(["gcc", *STRICT, *flags, *sources, "-o", str(folder / "test"), "-lm"], check=True)
+    run = subprocess.run([str(folder / "test")], capture_output=True, text=True, check=False)
+    return Built(run.returncode, run.stdout + run.stderr)
+
+
+#: A function of a self-test and the C that it tests, in one file.
+_PART = '#define main selftest_{k}\n#include "{k}/{name}.c"\n#include "{k}/{name}_selftest.c"\n'
+
+
+def c_selftests(generated, folder, flags=()):
+    """Compile the self-tests of blocks with different names into one program; require that each agrees."""
+    parts = {}
+    for k, texts in enumerate(generated):
+        (folder / f"{k}").mkdir()
+        for name, content in texts.items():
+            (folder / f"{k}" / name).write_text(content, encoding="utf-8")
+        parts[f"{k}.c"] = _PART.format(k=k, name=next(n for n in texts if n.endswith(".h"))[:-2])
+    declared = "".join(f"int selftest_{k}(void);\n" for k in range(len(parts)))
+    calls = " | ".join(f"selftest_{k}()" for k in range(len(parts)))
+    built = run_c({"main.c": f"{declared}int main(void)\n{{\n    return {calls};\n}}\n", **parts}, folder, flags)
+    assert built.code == 0, built.output
+    assert built.output.count(" 0 failures") == len(parts)
+    return built.output
+
+
 @pytest.fixture
 def compiled(tmp_path):
     """Write a unit as C, compile it with its self-test, run that."""
-    if shutil.which("gcc") is None:
-        pytest.skip("gcc is not installed")
-
-    def build(unit, flags=(), fixed=None, change=None):
-        for name, content in generate(unit, "c", fixed).files.items():
-            (tmp_path / name).write_text(change(name, content) if change else content, encoding="utf-8")
-        sources = sorted(map(str, tmp_path.glob("*.c")))
-        subprocess.run(["gcc", *STRICT, *flags, *sources, "-o", str(tmp_path / "test"), "-lm"], check=True)
-        run = subprocess.run([str(tmp_path / "test")], capture_output=True, text=True, check=False)
-        return Built(run.returncode, run.stdout + run.stderr)
-
-    return build
+    return lambda unit, flags=(), change=None: run_c(files.generate(unit, "c").files, tmp_path, flags, change)
 
 
 @pytest.fixture
@@ -196,6 +248,13 @@ def node():
     """Skip a test where JavaScript does not run."""
     if shutil.which("node") is None:
         pytest.skip("node is not installed")
+
+
+@pytest.fixture
+def gcc():
+    """Skip a test where there is no compiler."""
+    if shutil.which("gcc") is None:
+        pytest.skip("gcc is not installed")
 
 
 #: Runs self-tests, each in a folder of its own, in one process.
@@ -218,44 +277,28 @@ def run_selftests(generated, folder):
     return Built(run.returncode, run.stdout + run.stderr)
 
 
-def prepared(name, **options):
-    """Prepare one of the systems by name."""
-    return prepare(system_of(name), TEXTS.get(name, ""), **options)
+def prepared(text, block=None, **options):
+    """Prepare a text, or one of the systems by name."""
+    own = text_of(text)
+    return prepare(block or loads(own), own, **options)
 
 
-_prepared_once = cache(prepared)
+#: One of the systems by name, or a text, prepared once for all tests.
+unit_of = cache(prepared)
 
 
-@pytest.fixture
-def unit_of():
-    """Return one of the systems by name, prepared once for all tests of a file."""
-    return _prepared_once
+_of_unit, _EXPECTED = files.expected_of, {}
 
 
-def once(function):
-    """Compute what a function says of a unit once, for that very object and not for equal ones."""
-    known = {}
-
-    def of(unit, **options):
-        key = (id(unit), *options.items())
-        if key not in known:
-            known[key] = (unit, function(unit, **options))  # the unit, too, so that no other gets its id
-        return known[key][1]
-
-    return of
+def expected_of(unit):
+    """Return the expected values of a self-test, computed once for this very unit: its tests take them repeatedly."""
+    if id(unit) not in _EXPECTED:
+        _EXPECTED[id(unit)] = (unit, _of_unit(unit))  # the unit, too, so that no other gets its id
+    return _EXPECTED[id(unit)][1]
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _vectors_once():
-    """Compute vectors and sequences once for each unit: its tests take them again and again."""
-    in_parts, of_steps = once(vectors.in_parts), once(sequence.sequence)
+def _expected_once():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(vectors, "in_parts", in_parts)
-        patch.setattr(sequence, "sequence", of_steps)
+        patch.setattr(files, "expected_of", expected_of)
         yield
-
-
-@pytest.fixture
-def sanitized():
-    """Flags that stop a program at what C leaves undefined."""
-    return SANITIZED

@@ -3,10 +3,7 @@
 import math
 import re
 
-from fuzzyctl.codegen.files import expected_of
-from fuzzyctl.codegen.names import ST_RESERVED
-from fuzzyctl.codegen.st_source import function_block
-from fuzzyctl.codegen.vectors import STEP
+from fuzzyctl.codegen.files import expected_of, sources
 
 TOKEN = re.compile(
     r"\s*(?:(?P<comment>\(\*.*?\*\))|(?P<real>\d+\.\d+(?:E-?\d+)?)|(?P<int>\d+(?!\.\d))|(?P<name>[A-Za-z](?:_?[A-Za-z0-9])*)"
@@ -93,7 +90,7 @@ class Block:
         while self.peek() != "END_VAR":
             name = self.take("name")
             assert name not in self.types, f"{name} is declared twice"
-            assert name not in ST_RESERVED
+            assert name.upper() not in KEYWORDS | STANDARD.keys()
             self.take(":")
             kind, value = self.declared()
             self.types[name], self.variables[name] = kind, value
@@ -314,10 +311,10 @@ class Block:
 
 def differences(unit):
     """Run all vectors through the block; return the largest error in parts of the tolerance."""
-    block = Block(function_block(unit))
+    block = Block(*sources(unit, "st").values())
     worst = 0.0
     names = [n for n in block.inputs if n != "time_step"]
-    step = {"time_step": STEP} if "time_step" in block.inputs else {}
+    step = {"time_step": 0.01} if "time_step" in block.inputs else {}
     for vector in expected_of(unit).vectors:
         found = block(**dict(zip(names, vector.inputs, strict=True)), **step)
         for k, wanted in enumerate(vector.outputs):

@@ -1,7 +1,7 @@
 import pytest
 
 import fuzzyctl
-from fuzzyctl.support.shipped import rules_folder
+from tests.shipped import rules_folder
 
 LOOP = """
 controller law
@@ -36,12 +36,13 @@ def small(tmp_path):
 
 @pytest.fixture
 def tank(tmp_path):
-    """Load the shipped water tank with another `run` line."""
+    """Load the shipped water tank with another `run` line and noise."""
 
-    def load(duration="10 s step 10 ms", text=""):
+    def load(duration="10 s step 10 ms", text="", sigma=0.002):
         written = (rules_folder() / "loops" / "water_tank.fz").read_text(encoding="utf-8")
+        written = written.replace("60 s step 10 ms", duration).replace("sigma=0.002", f"sigma={sigma}")
         path = tmp_path / "tank.fz"
-        path.write_text(written.replace("60 s step 10 ms", duration) + text, encoding="utf-8")
+        path.write_text(written + text, encoding="utf-8")
         return fuzzyctl.load(path, block=fuzzyctl.Loop)
 
     return load

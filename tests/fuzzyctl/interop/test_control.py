@@ -7,7 +7,6 @@ import pytest
 import fuzzyctl
 from fuzzyctl import ArgumentError, ValueOutOfBoundsError
 from fuzzyctl.interop.control import nlsys, start
-from fuzzyctl.support.shipped import rules_folder
 from tests import sizes
 
 RUN = f"{100 if sizes.LONG else 6} s step 10 ms"
@@ -44,7 +43,7 @@ class TestLoop:
 
 class TestBlocks:
     def test_a_system_is_static_and_joins_any_timebase(self):
-        system = fuzzyctl.load(rules_folder() / "tipper.fz")
+        system = fuzzyctl.load("tipper")
         found = nlsys(system, name="tip")
         assert (found.nstates, found.dt, found.name) == (0, None, "tip")
         assert found.input_labels == ["service", "food"]
@@ -64,12 +63,9 @@ class TestBlocks:
         np.testing.assert_allclose(held.outputs, answer.outputs, atol=1e-7)
         assert "input v in [0, 10] [V]" in found.__doc__
 
-    def test_a_controller_without_period_takes_dt(self, small):
+    def test_a_controller_without_period_takes_dt(self):
         text = "controller law\ninput e\noutput u = integral(e)\n"
-        from fuzzyctl.diagnostics.source import SourceText
-        from fuzzyctl.loading.load import look_through
-
-        (law,) = look_through(SourceText("law", text)).controllers
+        law = fuzzyctl.loads(text, block=fuzzyctl.Controller)
         found = control.input_output_response(nlsys(law, dt=0.5), np.arange(4) * 0.5, np.ones(4))
         assert found.outputs.tolist() == [0.0, 0.5, 1.0, 1.5]
         with pytest.raises(ArgumentError, match="give its sample time as 'dt'"):
@@ -93,6 +89,6 @@ class TestBlocks:
     def test_other_objects_and_dead_time_are_refused(self, small):
         with pytest.raises(ArgumentError, match="expected a FuzzySystem, Controller or Plant, got Loop"):
             nlsys(small())
-        assert start(fuzzyctl.load(rules_folder() / "tipper.fz")).shape == (0,)
+        assert start(fuzzyctl.load("tipper")).shape == (0,)
         with pytest.raises(ArgumentError, match="has dead time"):
             nlsys(small("tf(num=[1], den=[1, 1], delay=0.1 s)").plants[0])

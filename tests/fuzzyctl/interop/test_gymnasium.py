@@ -9,7 +9,6 @@ from gymnasium.utils.env_checker import check_env
 import fuzzyctl
 from fuzzyctl import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.interop.gymnasium import Policy, environment
-from fuzzyctl.support.shipped import rules_folder
 from tests import sizes
 
 
@@ -30,8 +29,7 @@ def episode(env, policy, seed=0):
 class TestLoop:
     @pytest.mark.parametrize("backend", ["numba", "python"])
     def test_a_controller_as_the_policy_gives_the_run_of_simulate(self, tank, backend):
-        loop = tank(f"{500 if sizes.LONG else 10} s step 10 ms".replace("10 ms", "50 ms" if sizes.LONG else "10 ms"))
-        quiet = with_noise(loop, 0.0)
+        quiet = tank("500 s step 50 ms" if sizes.LONG else "10 s step 10 ms", sigma=0)
         run = fuzzyctl.Experiment(quiet, backend).run()
         every = 1 if sizes.LONG else 5
         env = environment(quiet, "law", reward="iae", backend=backend)
@@ -42,7 +40,7 @@ class TestLoop:
         assert not terminated
 
     def test_a_measure_of_a_part_of_the_run_is_its_reward(self, tank):
-        loop = with_noise(tank("4 s step 10 ms", "measure part = ise(0.5 * tank.y, 1, begin=1 s, end=3 s)\n"), 0.0)
+        loop = tank("4 s step 10 ms", "measure part = ise(0.5 * tank.y, 1, begin=1 s, end=3 s)\n", sigma=0)
         _, _, rewards, _, _ = episode(environment(loop, "law", reward="part"), Policy(loop.controllers[0]))
         assert -sum(rewards) == pytest.approx(fuzzyctl.Experiment(loop).run().measures["part"], rel=1e-12)
 
@@ -60,7 +58,7 @@ class TestLoop:
         assert env.reset(options={"start": {"tank.h": 0.9}})[1]["tank.y"] == 0.9
 
     def test_leaving_a_range_terminates_with_a_penalty(self):
-        loop = fuzzyctl.load(rules_folder() / "loops" / "pendulum.fz", block=fuzzyctl.Loop)
+        loop = fuzzyctl.load("pendulum", block=fuzzyctl.Loop)
         env = environment(loop, "law", reward=lambda signals: 1.0, actions={"law.force": (-9.0, 9.0)}, penalty=100.0)
         _, _, rewards, signals, terminated = episode(env, lambda_policy([0.0]))
         assert terminated
@@ -69,18 +67,30 @@ class TestLoop:
         assert 1.0 < signals[-1]["cart.angle"] <= 1.5
 
     @pytest.mark.parametrize(
-        ("block", "reward", "error", "words"),
+        ("options", "error", "words"),
         [
-            ("tank", "iae", ArgumentError, "block 'tank' is a plant"),
-            ("lwa", "iae", UnknownNameError, "did you mean 'law'"),
-            ("law", "iea", UnknownNameError, "no measure 'iea'"),
-            ("law", "settling", ArgumentError, "no sum over the steps"),
-            (None, "iae", ArgumentError, "'block' is the controller"),
+            ({"block": "tank"}, ArgumentError, "block 'tank' is a plant"),
+            ({"block": "lwa"}, UnknownNameError, "did you mean 'law'"),
+            ({"block": None}, ArgumentError, "'block' is the controller"),
+            ({"reward": "iea"}, UnknownNameError, "no measure 'iea'"),
+            ({"reward": "settling"}, ArgumentError, "no sum over the steps"),
+            ({"reward": 3}, ArgumentError, "reward must be a function"),
+            ({"start": {"tank.x": (0, 1)}}, UnknownNameError, r"no state 'tank\.x'"),
+            ({"start": {"tank.h": (0.7, 0.3)}}, ValueOutOfBoundsError, "two numbers, the smaller one first"),
+            ({"start": {"tank.h": (0, np.inf)}}, ValueOutOfBoundsError, "must be finite"),
+            ({"start": {"tank.h": 3}}, ValueOutOfBoundsError, "two numbers"),
+            ({"substeps": 0}, ValueOutOfBoundsError, "substeps must be a positive integer"),
+            ({"penalty": float("nan")}, ValueOutOfBoundsError, "penalty must be finite"),
         ],
     )
-    def test_mistakes_are_named(self, tank, block, reward, error, words):
+    def test_mistakes_are_named(self, tank, options, error, words):
         with pytest.raises(error, match=words):
-            environment(tank(), block, reward=reward)
+            environment(tank("1 s"), **{"block": "law", "reward": "iae"} | options)
+        for reward in (lambda s: float("nan"), lambda s: None):
+            env = environment(tank("1 s"), "law", reward=reward)
+            env.reset()
+            with pytest.raises(ValueOutOfBoundsError, match="the reward must be finite"):
+                env.step([1.0])
 
     def test_actions_are_numbers_of_the_right_count(self, tank):
         env = environment(tank("1 s"), "law", reward="iae")
@@ -90,25 +100,8 @@ class TestLoop:
         for action in ([1.0, 2.0], [float("nan")], [np.inf]):
             with pytest.raises(ArgumentError, match=r"the action must be 1 finite number \(law.valve\), got \["):
                 env.step(action)
-        with pytest.raises(UnknownNameError, match=r"no state 'tank\.x'"):
-            environment(tank("1 s"), "law", reward="iae", start={"tank.x": (0, 1)})
         with pytest.raises(ArgumentError, match=r"\(law\.valve\), got \['open'\]"):
             env.step(["open"])
-
-    @pytest.mark.parametrize(
-        ("options", "error", "words"),
-        [
-            ({"start": {"tank.h": (0.7, 0.3)}}, ValueOutOfBoundsError, "two numbers, the smaller one first"),
-            ({"start": {"tank.h": (0, np.inf)}}, ValueOutOfBoundsError, "must be finite"),
-            ({"start": {"tank.h": 3}}, ValueOutOfBoundsError, "two numbers"),
-            ({"substeps": 0}, ValueOutOfBoundsError, "substeps must be a positive integer"),
-            ({"penalty": float("nan")}, ValueOutOfBoundsError, "penalty must be finite"),
-            ({"reward": 3}, ArgumentError, "reward must be a function"),
-        ],
-    )
-    def test_options_are_checked(self, tank, options, error, words):
-        with pytest.raises(error, match=words):
-            environment(tank("1 s"), "law", **{"reward": "iae"} | options)
 
     def test_actions_have_finite_ranges(self, small):
         loop = small()
@@ -131,13 +124,6 @@ class TestLoop:
             env.reset(options={"start": {"tank.h": float("nan")}})
         with pytest.raises(ArgumentError, match="the option 'start' must be values by the names of states, got None"):
             env.reset(options={"start": None})
-
-    @pytest.mark.parametrize("reward", [lambda s: float("nan"), lambda s: None])
-    def test_a_reward_is_a_finite_number(self, tank, reward):
-        env = environment(tank("1 s"), "law", reward=reward)
-        env.reset()
-        with pytest.raises(ValueOutOfBoundsError, match="the reward must be finite"):
-            env.step([1.0])
 
     @pytest.mark.parametrize(("action", "ended"), [(5.0, "truncated"), (-100.0, "terminated")])
     def test_an_episode_ends_once(self, tank, action, ended):
@@ -191,7 +177,7 @@ class TestPlant:
 
 class TestPolicy:
     def test_a_system_is_a_policy_without_state(self):
-        system = fuzzyctl.load(rules_folder() / "tipper.fz")
+        system = fuzzyctl.load("tipper")
         policy = Policy(system)
         assert policy([3.0, 8.0]).tolist() == [fuzzyctl.compile(system, "python")(3.0, 8.0)]
         with pytest.raises(ArgumentError, match=r"must have the shape \(2,\) for service, food"):
@@ -205,7 +191,7 @@ class TestPolicy:
         assert caught.value.name == "observation of level"
         assert policy.state.tolist() == before
         with pytest.raises(ValueOutOfBoundsError, match="observation of service, food"):
-            Policy(fuzzyctl.load(rules_folder() / "tipper.fz"))([math.nan, math.nan])
+            Policy(fuzzyctl.load("tipper"))([math.nan, math.nan])
 
     def test_reset_forgets(self, tank):
         policy = Policy(tank().controllers[0])
@@ -228,18 +214,3 @@ def lambda_policy(action):
             return np.array(action)
 
     return Same()
-
-
-def with_noise(loop, sigma):
-    """Return a loop whose noise has another standard deviation."""
-    import dataclasses
-
-    from fuzzyctl.expr import Call, Keyword, Number, replace
-
-    def change(e):
-        if isinstance(e, Call) and e.function == "noise":
-            return Call("noise", tuple(Keyword(a.name, Number(sigma)) if a.name == "sigma" else a for a in e.arguments))
-        return e
-
-    definitions = tuple(dataclasses.replace(d, value=replace(d.value, change)) for d in loop.definitions)
-    return dataclasses.replace(loop, definitions=definitions)

@@ -8,7 +8,6 @@ import fuzzyctl
 from fuzzyctl import ArgumentError, DiagnosticError
 from fuzzyctl.interop.plants import python_plant
 from fuzzyctl.interop.scipy import rhs, start
-from fuzzyctl.support.shipped import rules_folder
 
 
 def test_constant_inputs_give_the_step_response(small):
@@ -28,7 +27,7 @@ def test_a_law_in_continuous_time_is_a_function_of_time_and_states(tank):
 
 
 def test_the_shipped_pendulum_has_its_derivatives():
-    plant = fuzzyctl.load(rules_folder() / "loops" / "pendulum.fz", block=fuzzyctl.Plant)
+    plant = fuzzyctl.load("pendulum", block=fuzzyctl.Plant)
     x, u = np.array([0.1, -0.2, 0.3, 0.4]), 2.0
     found = rhs(plant, u)(0.0, x)
     pushed = (u + 0.1 * 0.5 * 0.4**2 * np.sin(0.3)) / 1.1

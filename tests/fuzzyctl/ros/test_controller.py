@@ -1,6 +1,7 @@
 """The node against a stub of rclpy: what it publishes, when it rests, and what it refuses."""
 
 import math
+import runpy
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,6 @@ import pytest
 import yaml
 
 import fuzzyctl
-from fuzzyctl.ros.controller import run
-from fuzzyctl.ros.program import main
 from tests.dwmr.ros.stub import Float64, JointState, Node, install
 from tests.e2e.pages import blocks
 
@@ -49,7 +48,7 @@ def ended(monkeypatch, node, between=lambda node: None, periods=20):
 
     install(monkeypatch, node, until)
     with pytest.raises(SystemExit) as stop:
-        main("controller", run)
+        runpy.run_module("fuzzyctl.ros", run_name="__main__")
     return stop.value.code
 
 

@@ -7,13 +7,11 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl import ArgumentError, DiagnosticError, Experiment, UnknownNameError, ValueOutOfBoundsError
-from fuzzyctl.analysis.check import check_source
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import look_through
 from fuzzyctl.simulation.simulate import solved
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.testing import check_text
 
-BACKENDS = ("python", "numba")
+#: Both run one text: in the test line numba runs some loops, and those of tests/properties/test_loops.py.
+BACKENDS = ("python", pytest.param("numba", marks=pytest.mark.long))
 
 #: Params that stand before the first block reach systems, controllers inside others, plants and measures.
 SHARED = """
@@ -134,8 +132,12 @@ def by_hand(samples):
     return np.array(found)
 
 
+def long(value):
+    return pytest.param(value, marks=pytest.mark.long)
+
+
 class TestRun:
-    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("backend", ["python", "numba"])
     def test_it_is_the_loop_that_one_writes_by_hand(self, loop, backend):
         run = Experiment(loop(FILL), backend).run()
         assert run.t.tolist() == (np.arange(501) * 0.01).tolist()
@@ -156,10 +158,10 @@ class TestRun:
         assert first.tolist() == again.tolist()
         assert first.tolist() != other.tolist()
 
-    @pytest.mark.parametrize("name", ["water_tank", "pendulum"])
+    @pytest.mark.parametrize("name", ["water_tank", pytest.param("pendulum", marks=pytest.mark.long)])
     def test_shipped_loops_run_the_same_on_both_backends_and_meet_their_requirements(self, name):
-        loop = fuzzyctl.load(rules_folder() / "loops" / f"{name}.fz", block=fuzzyctl.Loop)
-        one, other = (Experiment(loop, backend).run() for backend in BACKENDS)
+        loop = fuzzyctl.load(name, block=fuzzyctl.Loop)
+        one, other = (Experiment(loop, backend).run() for backend in ("python", "numba"))
         assert one.passed
         assert one.record == pytest.approx(other.record, rel=1e-9, abs=1e-9)
 
@@ -185,23 +187,12 @@ class TestRun:
             Experiment(loop(FILL.replace("run 5 s", "run 9.99 s"))).run().measures["iae"]
         )
 
-    @pytest.mark.parametrize("substeps", [0, -1, 1.5, "2"])
-    def test_substeps_are_a_positive_integer(self, loop, substeps):
-        with pytest.raises(ArgumentError, match="substeps"):
-            Experiment(loop(FILL), "python").run(substeps=substeps)
-
     @pytest.mark.parametrize(("samples", "backend"), [(3, "numba"), (400, "python")])
     def test_what_numba_would_take_long_over_is_left_to_python(self, loop, samples, backend):
         text = f"controller c\ninput x\noutput u = delay(x, {samples})\nevery 1 s\nloop l\nblock c = c(t)\nrun 900 s\n"
         experiment = Experiment(loop(text))
         assert experiment.backend == backend
         assert experiment.run()["c.u"][-1] == 900 - samples
-
-    def test_a_loop_is_expected(self, loop):
-        with pytest.raises(ArgumentError, match="expected a Loop, got Plant"):
-            Experiment(loop(FILL).plants[0])
-        with pytest.raises(UnknownNameError, match="backend 'cuda'"):
-            Experiment(loop(FILL), "cuda")
 
 
 class TestIntegration:
@@ -213,7 +204,7 @@ class TestIntegration:
         assert errors[0] / errors[1] == pytest.approx(16, rel=0.2)
         assert errors[1] / errors[2] == pytest.approx(16, rel=0.2)
 
-    @pytest.mark.parametrize("name", PLANTS)
+    @pytest.mark.parametrize("name", [n if n in ("van der Pol", "tank") else long(n) for n in PLANTS])
     def test_dop853_at_tight_tolerances_is_the_referee(self, loop, name):
         text = PI.replace("[0, 10]", "[-10, 10]").replace("clamp(u0, 0, 10)", "clamp(u0, -10, 10)")
         text += f"plant p\n{PLANTS[name]}\nloop l\nblock law = pi_law(r, p.y)\nblock p = p(law.v + d)\n"
@@ -241,12 +232,16 @@ class TestIntegration:
         assert Experiment(loop(text), "python").run()["p.x"] == pytest.approx([0, 0, 0.25, 0.75, 1.5])
 
 
-class TestSampleTimes:
-    SLOW = "controller slow\ninput x\nstate n = 0\nnext n = n + 1\noutput u = n + 0 * x\nevery 20 ms\n"
+#: Two periods whose greatest common divisor is neither.
+SLOW = "controller slow\ninput x\nstate n = 0\nnext n = n + 1\noutput u = n + 0 * x\nevery 20 ms\n"
+SLOWER = SLOW + SLOW.replace("slow", "slower").replace("20 ms", "30 ms")
+SLOWER += "loop l\nblock a = slow(t)\nblock b = slower(t)\nrun 1 s\n"
 
+
+class TestSampleTimes:
     @pytest.mark.parametrize("backend", BACKENDS)
     def test_a_slow_controller_runs_every_other_sample(self, loop, backend):
-        text = f"{self.SLOW}controller fast\ninput x\noutput y = x\nevery 10 ms\n"
+        text = f"{SLOW}controller fast\ninput x\noutput y = x\nevery 10 ms\n"
         text += "loop l\nblock slow = slow(t)\nblock fast = fast(slow.u)\nrun 50 ms\n"
         run = Experiment(loop(text), backend).run()
         assert run["slow.u"].tolist() == [0, 0, 1, 1, 2, 2]
@@ -264,13 +259,8 @@ class TestSampleTimes:
         rule += "  terms lo@0 hi@1\ndefuzzifier center_average\nif e is H then u is hi\n"
         text = f"{rule}controller c\ninput x\noutput u = s(x)\nevery 1 s\nloop l\nblock c = c(x)\n"
         text += "let x = steps(0: 0, 2 s: 0.8, 3 s: 0)\nrun 4 s\n"
-        for backend in BACKENDS:
+        for backend in ("python", "numba"):
             assert Experiment(loop(text), backend).run()["c.u"].tolist() == [0.5, 0.5, 1, 1, 1]
-
-    def test_check_reports_a_period_that_is_no_multiple_of_the_step(self):
-        text = f"{self.SLOW}loop l\nblock slow = slow(t)\nrun 1 s step 15 ms\n"
-        _, found = check_source(SourceText("l.fz", text))
-        assert [d.code for d in found] == ["FZ702"]
 
     @pytest.mark.parametrize(
         ("window", "taken"),
@@ -282,44 +272,48 @@ class TestSampleTimes:
     )
     def test_a_measure_without_samples_is_warned_of_with_the_times_that_exist(self, window, taken):
         text = f"{LAG_PLANT}loop l\nblock p = p(1)\nmeasure m = maximum(p.y, {window})\nrun 1 s step 10 ms\n"
-        _, found = check_source(SourceText("l.fz", text))
+        _, found = check_text(text)
         message = "measure 'm' has no value: it takes two samples or more"
         facts = (f"maximum(...) takes those {taken}", "the run has samples from 0 s to 1 s, one each 0.01 s")
         assert [(d.code, d.severity, d.message, d.facts) for d in found] == [("FZ214", "warning", message, facts)]
 
-    def test_a_period_that_is_no_multiple_of_the_step_is_a_mistake(self, loop):
+    @pytest.mark.parametrize(
+        ("text", "code", "words"),
+        [
+            (
+                f"{SLOW}loop l\nblock slow = slow(t)\nrun 1 s step 15 ms\n",
+                "FZ702",
+                "block 'slow' runs every 0.02 s, which is no multiple of the step of 0.015 s",
+            ),
+            (driven(LAG, "1", "1 s"), "FZ702", "has no sample time"),
+            (SLOWER, "FZ702", "step 0.01 s"),
+            (
+                f"{LAG_PLANT}loop l\nblock p = p(t)\n" + "let a{0} = t\n" * 30 + "run 9e6 s step 1 s\n",
+                "FZ703",
+                "records 297,000,033 numbers",
+            ),
+            (
+                f"{LAG_PLANT}loop l\nblock p = p(t)\n"
+                + "measure m{0} = final({0} * p.y)\n" * 30
+                + "run 9e6 s step 1 s\n",
+                "FZ703",
+                "records 297,000,033 numbers, 33 signals",
+            ),
+            (
+                "controller law\ninput e\noutput u = e\nevery 1 us\nloop l\nblock c = law(t)\nrun 1000 s\n",
+                "FZ703",
+                "the run has 1,000,000,000 samples",
+            ),
+        ],
+    )
+    def test_samples_that_do_not_fit_are_mistakes(self, loop, text, code, words):
+        count = iter(range(30))
+        lines = [line.replace("{0}", f"{next(count)}") if "{0}" in line else line for line in text.splitlines()]
         with pytest.raises(DiagnosticError) as error:
-            Experiment(loop(f"{self.SLOW}loop l\nblock slow = slow(t)\nrun 1 s step 15 ms\n"))
+            Experiment(loop("\n".join(lines) + "\n"))
         (found,) = error.value.diagnostics
-        message = "block 'slow' runs every 0.02 s, which is not a multiple of the step of 0.015 s"
-        assert (found.code, found.message, found.span.text) == ("FZ702", message, "slow")
-
-    def test_a_run_of_too_many_numbers_is_a_mistake(self, loop):
-        lets = "".join(f"let a{k} = t\n" for k in range(30))
-        with pytest.raises(DiagnosticError, match="records 297,000,033 numbers"):
-            Experiment(loop(f"{LAG_PLANT}loop l\nblock p = p(t)\n{lets}run 9e6 s step 1 s\n"))
-
-    def test_measured_signals_count(self, loop):
-        measures = "".join(f"measure m{k} = final({k} * p.y)\n" for k in range(30))
-        with pytest.raises(DiagnosticError, match="records 297,000,033 numbers, 33 signals"):
-            loop(f"{LAG_PLANT}loop l\nblock p = p(t)\n{measures}run 9e6 s step 1 s\n")
-
-    def test_a_run_of_too_many_samples_of_a_controller_is_a_mistake(self, loop):
-        text = "controller law\ninput e\noutput u = e\nevery 1 us\nloop l\nblock c = law(t)\nrun 1000 s\n"
-        with pytest.raises(DiagnosticError, match="the run has 1,000,000,000 samples") as error:
-            loop(text)
-        assert error.value.diagnostics[0].help.startswith("expected at most 10,000,000")
-
-    def test_a_loop_without_any_sample_time_is_a_mistake(self, loop):
-        with pytest.raises(DiagnosticError, match="has no sample time") as error:
-            Experiment(loop(driven(LAG, "1", "1 s")))
-        assert error.value.diagnostics[0].code == "FZ702"
-
-    def test_the_proposed_step_divides_all_periods(self, loop):
-        other = self.SLOW.replace("slow", "slower").replace("20 ms", "30 ms")
-        text = f"{self.SLOW}{other}loop l\nblock a = slow(t)\nblock b = slower(t)\nrun 1 s\n"
-        with pytest.raises(DiagnosticError, match=r"step 0\.01 s"):
-            Experiment(loop(text))
+        assert words in f"{found.message} {found.help}"
+        assert found.code == code
 
 
 def test_a_measure_may_call_a_system(loop):
@@ -359,7 +353,7 @@ class TestLackingInputs:
 
 class TestDeadTime:
     @pytest.mark.parametrize("backend", BACKENDS)
-    @pytest.mark.parametrize("time", ["0.3 s", "0.25 s", "0.237 s", "37 ms", "50 ms", "0 s", "5 s"])
+    @pytest.mark.parametrize("time", ["0.3 s", "0.237 s", "37 ms", "0 s", "5 s"])
     def test_a_delayed_step_is_integrated_exactly(self, loop, backend, time):
         run = Experiment(loop(driven(PURE.format(time=time), "steps(0: 2)", "1 s step 0.1 s")), backend).run()
         seconds = float(time.split()[0]) * (1e-3 if "ms" in time else 1)
@@ -425,9 +419,7 @@ class TestDeadTime:
     def test_dead_times_of_too_many_steps_or_numbers_are_named_by_check(self):
         plant = "plant {0}\ninput u\nstate x = 0\nder x = delay(u, {1} s)\noutput y = x\n"
         text = plant.format("a", "1e-7") + plant.format("b", "1e7")
-        _, found = check_source(
-            SourceText("l.fz", f"{text}loop l\nblock a = a(1)\nblock b = b(1)\nrun 10 s step 1 ms\n")
-        )
+        _, found = check_text(f"{text}loop l\nblock a = a(1)\nblock b = b(1)\nrun 10 s step 1 ms\n")
         assert [(d.code, d.span.line, d.message) for d in found] == [
             ("FZ703", 4, "a dead time of 1e-07 s takes 10,000 steps of integration a sample, 100,010,000 in all"),
             ("FZ703", 9, "a dead time of 1e+07 s keeps 4e+10 numbers at steps of 0.001 s"),
@@ -443,16 +435,14 @@ class TestDeadTime:
         assert run["a.y"][4:] == pytest.approx(run["b.y"][:-4], rel=1e-12, abs=1e-14)
         assert run["b.y"] == pytest.approx(2 * (1 - np.exp(-run.t / 0.3)), abs=2e-4)
 
-    def test_adaptive_solvers_refuse_substeps(self, loop):
-        with pytest.raises(ArgumentError, match="solver RK45 chooses its own"):
-            fuzzyctl.simulate(loop(driven(LAG, "1", "1 s step 0.1 s")), solver="RK45", substeps=2)
-
     @pytest.mark.parametrize("value", ["a", None, math.nan, 10**400, 1j])
     def test_values_of_params_are_finite_numbers(self, loop, value):
         with pytest.raises(ValueOutOfBoundsError, match="param 'K' must be a finite number"):
             fuzzyctl.simulate(loop(driven(LAG, "K", "1 s step 0.1 s") + "param K = 1\n"), K=value)
 
-    def test_adaptive_solvers_refuse_dead_time(self, loop):
+    def test_adaptive_solvers_refuse_substeps_and_dead_time(self, loop):
+        with pytest.raises(ArgumentError, match="solver RK45 chooses its own"):
+            fuzzyctl.simulate(loop(driven(LAG, "1", "1 s step 0.1 s")), solver="RK45", substeps=2)
         with pytest.raises(ArgumentError, match="dead time takes the solver RK4"):
             fuzzyctl.simulate(loop(driven(PURE.format(time="30 ms"), "1", "1 s step 0.1 s")), solver="LSODA")
 
@@ -515,7 +505,7 @@ class TestSignals:
 
     def test_noises_of_one_seed_are_warned_of(self):
         lets = "let a = noise(0.1, seed=3)\nlet b = noise(0.2, 3)\nallow FZ216\n"
-        _, found = check_source(SourceText("l.fz", f"{LAG_PLANT}loop l\nblock p = p(0)\n{lets}run 1 s step 10 ms\n"))
+        _, found = check_text(f"{LAG_PLANT}loop l\nblock p = p(0)\n{lets}run 1 s step 10 ms\n")
         message = "two noises have the seed 3: they are the same numbers"
         assert [(d.code, d.severity, d.message, d.span.line) for d in found] == [("FZ214", "warning", message, 10)]
 
@@ -548,7 +538,7 @@ class TestStops:
         text = driven(plant, signal, run) + "measure area = integral(p.y)\nmeasure late = mean(p.y, begin=1.5 s)\n"
         return Experiment(loop(f"{text}require area <= 1\n"), backend).run()
 
-    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("backend", ["python", "numba"])
     def test_a_state_that_leaves_its_range_stops_the_run(self, loop, backend):
         plant = 'input u\nstate x in [0, 1) unit "m" = 0\nder x = u\noutput y = x'
         run = self.stopped(loop, plant, "1", backend=backend)
@@ -624,7 +614,7 @@ class TestStops:
         assert len(run) in (10, 11)
         assert "left its range" in run.stopped.message
 
-    @pytest.mark.parametrize("solver", ["LSODA", "RK45", "Radau"])
+    @pytest.mark.parametrize("solver", ["LSODA", "RK45"])
     def test_an_adaptive_solver_gives_up_where_a_state_goes_to_infinity(self, loop, solver):
         cubic = "input u\nstate x = 1\nder x = x * x * x\noutput y = x"  # infinite at t = 0.5 s
         run = fuzzyctl.simulate(loop(driven(cubic, "0", "1 s step 10 ms")), solver=solver)
@@ -634,7 +624,7 @@ class TestStops:
         assert run.stopped.facts[0] == f"the sample before was at t = {run.t[-1]:.6g} s"
         assert run.stopped.facts[1].startswith("its last step was ")
 
-    @pytest.mark.parametrize("solver", ["DOP853", "BDF"])
+    @pytest.mark.parametrize("solver", ["BDF"])
     def test_an_adaptive_solver_estimates_its_error(self, loop, solver):
         run = fuzzyctl.simulate(loop(driven(LAG, "sine(0.2)", "5 s step 0.1 s")), solver=solver)
         assert 0 < run.error["p.x"] < 1e-5
@@ -722,8 +712,13 @@ class TestFree:
             Experiment(loop(FILL), "python", free=["law.Kp", "law.Kp"])
         with pytest.raises(ArgumentError, match="expected a Loop, got Plant"):
             fuzzyctl.simulate(loop(FILL).plants[0])
-        with pytest.raises(ArgumentError, match="'substeps' must be a positive integer, got '1'"):
-            fuzzyctl.simulate(loop(FILL), substeps="1")
+        for substeps in (0, -1, 1.5, "1"):
+            with pytest.raises(ArgumentError, match="'substeps' must be a positive integer, got "):
+                fuzzyctl.simulate(loop(FILL), substeps=substeps)
+        with pytest.raises(ArgumentError, match="expected a Loop, got Plant"):
+            Experiment(loop(FILL).plants[0])
+        with pytest.raises(UnknownNameError, match="backend 'cuda'"):
+            Experiment(loop(FILL), "cuda")
 
 
 def test_an_output_of_states_alone_breaks_an_algebraic_loop(loop):
@@ -781,7 +776,7 @@ def test_recorded_calls_are_what_the_systems_are_given(loop):
     run = Experiment(twice, "python", record_calls=True).run()
     assert set(run.names) - set(plain.names) == {"law.gain.y", "law.gain.2.y"}
     assert run["law.gain.2.y"] == pytest.approx(2 * run["law.gain.y"], abs=1e-15)
-    tank = fuzzyctl.load(rules_folder() / "loops" / "water_tank.fz", block=fuzzyctl.Loop)
+    tank = fuzzyctl.load("water_tank", block=fuzzyctl.Loop)
     run = fuzzyctl.simulate(tank, record_calls=True)
     surface = fuzzyctl.compile(tank.controllers[0].systems[0])
     moved = [surface(e, c) for e, c in zip(run["law.surface.error"], run["law.surface.change"], strict=True)]
@@ -806,7 +801,7 @@ def coupled(tanks):
     plant = "plant tank\ninput q\nstate h in [0, inf) = 0.1\nlet out = where(h > 0, sqrt(h), 0)\n"
     plant += "der h = q - out\noutput y = out\n"
     blocks = "".join(f"block t{k} = tank({f't{k - 1}.y' if k else '0.2'})\n" for k in range(tanks))
-    return look_through(SourceText("tanks.fz", f"{plant}loop row\n{blocks}run 1 s step 100 ms\n")).blocks[-1]
+    return fuzzyctl.loads(f"{plant}loop row\n{blocks}run 1 s step 100 ms\n", block=fuzzyctl.Loop)
 
 
 def test_many_branches_are_not_compiled():

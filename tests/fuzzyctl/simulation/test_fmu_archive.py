@@ -3,11 +3,12 @@
 import os
 import stat
 import zipfile
+from pathlib import Path
 
 import pytest
 
-from fuzzyctl.simulation import fmu_archive
-from fuzzyctl.simulation.fmu_archive import FmuError, FmuVariable, identifier, read_description, unpack
+from fuzzyctl import DiagnosticError, Loop, load, simulate
+from fuzzyctl.testing import check_text
 from tests.effort import at_most
 
 FMI2 = """<?xml version="1.0" encoding="UTF-8"?>
@@ -47,15 +48,30 @@ def archive(tmp_path):
     return write
 
 
-def test_what_an_fmu_says_of_itself(archive):
+def read(path):
+    """Return the plant of an FMU, and the diagnostics."""
+    folder, name = os.path.split(path)
+    blocks, found = check_text(f'plant p = fmu("{name}")\n', folder=Path(folder))
+    return (blocks or (None,))[0], found
+
+
+def refused(path):
+    """Return the diagnostic of a file that is no FMU."""
+    _, (found,) = read(path)
+    assert (found.code, found.severity) == ("FZ218", "error")
+    return found
+
+
+def test_signals_and_binaries_are_those_of_the_fmu(archive):
     files = {"modelDescription.xml": FMI2, "binaries/linux64/m.so": b"", "binaries/win64/m.dll": b"", "sources/m.c": ""}
-    found = read_description(archive(files | {"binaries/win64/other.dll": b"", "binaries/darwin64/other.dylib": b""}))
-    assert (found.version, found.model, found.platforms, found.has_sources) == (2, "m", ("linux64", "win64"), True)
-    assert found.inputs == (FmuVariable("u", "u", 1),)
-    assert found.outputs == (FmuVariable("body.x[1]", "body_x_1", 7, "place", "m"),)
-    assert found.params == (FmuVariable("not", "not_", 2),)
-    third = read_description(archive({"modelDescription.xml": FMI3}))
-    assert (third.version, third.platforms, third.has_sources) == (3, (), False)
+    plant, found = read(archive(files | {"binaries/win64/other.dll": b"", "binaries/darwin64/other.dylib": b""}))
+    assert found == []
+    assert [s.name for s in plant.inputs] == ["u"]
+    assert [(s.name, s.label, s.unit) for s in plant.outputs] == [("body_x_1", "place", "m")]
+    (facts,) = (d.facts for d in read(archive({k: v for k, v in files.items() if "linux" not in k}))[1])
+    assert facts[0].startswith("it has binaries for: win64;")
+    third, found = read(archive({"modelDescription.xml": FMI3}))
+    assert [d.code for d in found] == ["FZ712"]
     assert [v.name for v in (*third.inputs, *third.outputs)] == ["u", "y"]
 
 
@@ -63,15 +79,14 @@ def test_many_variables_are_read_in_a_time_that_grows_with_their_number(archive)
     many = "".join(f'<ScalarVariable name="x{k}" valueReference="{k}"><Real/></ScalarVariable>' for k in range(60_000))
     path = archive({"modelDescription.xml": FMI2.replace("</ModelVariables>", many + "</ModelVariables>")})
     with at_most(4):
-        assert read_description(path).outputs[0].reference == 7
+        assert [s.name for s in read(path)[0].outputs] == ["body_x_1"]
 
 
-@pytest.mark.parametrize(
-    ("name", "expected"),
-    [("der(x)", "der_x"), ("1st", "v1st"), ("σ*", "σ"), ("a b", "a_b"), ("*", "v"), ("and", "and_")],
-)
-def test_names_become_those_of_rule_files(name, expected):
-    assert identifier(name) == expected
+def test_names_become_those_of_rule_files(archive):
+    names = {"der(x)": "der_x", "1st": "v1st", "σ*": "σ", "a b": "a_b", "*": "v", "and": "and_"}
+    more = "".join(f'<Float64 name="{n}" valueReference="{k}" causality="output"/>' for k, n in enumerate(names, 9))
+    plant, _ = read(archive({"modelDescription.xml": FMI3.replace("</ModelV", f"{more}</ModelV")}))
+    assert [s.name for s in plant.outputs] == ["y", *names.values()]
 
 
 @pytest.mark.parametrize(
@@ -97,9 +112,7 @@ def test_names_become_those_of_rule_files(name, expected):
 )
 def test_a_description_that_is_of_no_use(archive, change, message):
     path = archive({"modelDescription.xml": FMI2.replace(*change)})
-    with pytest.raises(FmuError) as error:
-        read_description(path)
-    assert message in error.value.message
+    assert message in refused(path).message
 
 
 def link(name):
@@ -119,49 +132,49 @@ def link(name):
         (link("resources/link"), "has a link 'resources/link'"),
     ],
 )
-def test_an_archive_that_writes_elsewhere_is_refused_before_it_is_unpacked(archive, tmp_path, entry, message):
+def test_an_archive_that_writes_elsewhere_is_refused(archive, entry, message):
     path = archive({"modelDescription.xml": FMI2, entry: "x"})
-    for act in (read_description, lambda p: unpack(p, tmp_path / "out")):
-        with pytest.raises(FmuError, match=message) as error:
-            act(path)
-        assert error.value.help_text == "no FMU needs that: ask who made it"
-    assert not (tmp_path / "out").exists()
+    found = refused(path)
+    assert message in found.message
+    assert found.help == "no FMU needs that: ask who made it"
 
 
 def test_an_archive_that_would_fill_the_disk_is_refused(archive, monkeypatch):
     path = archive({"modelDescription.xml": FMI2, "resources/zeros": b"\0" * 100_000})
-    monkeypatch.setattr(fmu_archive, "MOST_BYTES", 50_000)
-    with pytest.raises(FmuError, match="the archive is larger than") as error:
-        read_description(path)
-    assert error.value.facts == (f"it would unpack to 2 files of {100_000 + len(FMI2):,} bytes",)
-    monkeypatch.setattr(fmu_archive, "MOST_BYTES", 1 << 30)
-    monkeypatch.setattr(fmu_archive, "MOST_TEXT", 100)
-    with pytest.raises(FmuError, match=r"modelDescription.xml has more than 100 bytes"):
-        read_description(path)
+    monkeypatch.setattr("fuzzyctl.simulation.fmu_archive.MOST_BYTES", 50_000)
+    found = refused(path)
+    assert "the archive is larger than" in found.message
+    assert found.facts == (f"it would unpack to 2 files of {100_000 + len(FMI2):,} bytes",)
+    monkeypatch.setattr("fuzzyctl.simulation.fmu_archive.MOST_BYTES", 1 << 30)
+    monkeypatch.setattr("fuzzyctl.simulation.fmu_archive.MOST_TEXT", 100)
+    assert "modelDescription.xml has more than 100 bytes" in refused(path).message
 
 
 def test_a_file_that_is_no_archive_or_a_broken_one(archive, tmp_path):
-    path = archive({"modelDescription.xml": FMI2, "a.txt": "hello hello"})
-    data = (tmp_path / "m.fmu").read_bytes()
     (tmp_path / "n.fmu").write_text("x", encoding="utf-8")
-    with pytest.raises(FmuError, match="not a zip archive"):
-        read_description(str(tmp_path / "n.fmu"))
-    with pytest.raises(FmuError, match="there is no such file"):
-        read_description(str(tmp_path / "o.fmu"))
-    with pytest.raises(FmuError, match="not a regular file"):
-        read_description(str(tmp_path))
-    with pytest.raises(FmuError, match=r"no modelDescription.xml"):
-        read_description(archive({"a": "b"}, "p.fmu"))
-    (tmp_path / "m.fmu").write_bytes(data.replace(b"hello hello", b"hello jello"))
-    with pytest.raises(FmuError, match="the archive cannot be unpacked: Bad CRC"):
-        unpack(path, tmp_path / "out")
+    (tmp_path / "q.fmu").mkdir()
+    archive({"a": "b"}, "p.fmu")
+    data = Path(archive({"modelDescription.xml": FMI2})).read_bytes()
     (tmp_path / "m.fmu").write_bytes(data.replace(b'"u"', b'"v"'))
-    with pytest.raises(FmuError, match=r"modelDescription.xml cannot be unpacked: Bad CRC"):
-        read_description(path)
+    for name, words in {
+        "n": "no zip archive",
+        "o": "there is no such file",
+        "q": "not a regular file",
+        "p": "no modelDescription.xml",
+        "m": "modelDescription.xml cannot be unpacked: Bad CRC",
+    }.items():
+        assert words in refused(str(tmp_path / f"{name}.fmu")).message
+    if hasattr(os, "mkfifo"):  # it is not waited for
+        os.mkfifo(tmp_path / "r.fmu")
+        assert "not a regular file" in refused(str(tmp_path / "r.fmu")).message
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
-def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
-    os.mkfifo(tmp_path / "m.fmu")
-    with pytest.raises(FmuError, match="not a regular file"):
-        read_description(str(tmp_path / "m.fmu"))
+def test_a_file_of_the_archive_that_is_broken_ends_the_run(archive, tmp_path):
+    pytest.importorskip("fmpy")
+    files = {"modelDescription.xml": FMI2, "binaries/linux64/m.so": "", "a.txt": "hello hello"}
+    data = Path(archive(files)).read_bytes()
+    (tmp_path / "m.fmu").write_bytes(data.replace(b"hello hello", b"hello jello"))
+    text = 'plant p = fmu("m.fmu")\nloop l\nblock p = p(0)\nrun 1 s step 0.1 s\n'
+    (tmp_path / "l.fz").write_text(text, encoding="utf-8")
+    with pytest.raises(DiagnosticError, match="the archive cannot be unpacked: Bad CRC"):
+        simulate(load(tmp_path / "l.fz", block=Loop))

@@ -1,17 +1,13 @@
 """Plants that are FMUs: the numbers of the same plant in text, and what goes wrong with native code."""
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fuzzyctl import ArgumentError, DiagnosticError, Experiment, simulate
-from fuzzyctl.codegen.fmu.archive import compiler, fmu, sources
-from fuzzyctl.model.plant import Plant
-from fuzzyctl.simulation import fmu_process
-from fuzzyctl.simulation.plant_function import PlantFunction
-from tests.fuzzyctl.codegen.fmu.fmus import controller_fmu, plant_fmu, system_fmu
+from fuzzyctl.interop.scipy import rhs
+from tests.fuzzyctl.codegen.fmu.fmus import changed, write_fmu
 
 TEXT = """input u "force" unit "N"
 param d in [0, 10] = 0.1
@@ -40,10 +36,8 @@ run 3 s step 20 ms
 def fmus(tmp_path_factory):
     """The FMUs of the plant by version, made once."""
     pytest.importorskip("fmpy")
-    if compiler() is None:
-        pytest.skip("there is no C compiler")
-    model = plant_fmu(f"plant p\n{TEXT}")
-    return {version: fmu(model, version).data for version in (2, 3)}
+    folder = tmp_path_factory.mktemp("fmus")
+    return {v: write_fmu(f"plant p\n{TEXT}", folder / f"{v}.fmu", version=v).read_bytes() for v in (2, 3)}
 
 
 @pytest.fixture
@@ -53,17 +47,6 @@ def fmu_loop(loop, tmp_path, fmus):
         return loop(f'plant p = fmu("p.fmu")\n{params}{text}')
 
     return load
-
-
-def changed(data, folder, change):
-    """Return an FMU whose files a function changed; None drops one."""
-    (folder / "before.fmu").write_bytes(data)
-    with zipfile.ZipFile(folder / "before.fmu") as before, zipfile.ZipFile(folder / "after.fmu", "w") as after:
-        for name in before.namelist():
-            content = change(name, before.read(name))
-            if content is not None:
-                after.writestr(name, content)
-    return (folder / "after.fmu").read_bytes()
 
 
 def stopped(loop):
@@ -111,12 +94,13 @@ def test_what_was_computed_until_its_error_is_kept(fmu_loop):
     assert run["p.y"][-1] < 1.7
 
 
-def test_an_output_that_is_not_a_number_ends_the_run(fmu_loop):
+def test_an_output_that_is_not_a_number_ends_the_run(fmu_loop, tmp_path):
     """Between 0.1 and 0.5 no rule fires."""
+    own = tmp_path / "gaps.fmu"
     gaps = "system p\ndefuzzifier weighted_average\ninput u in [-2, 2]\n  low = triangle(-inf, -2, 0.1)\n"
     gaps += "  high = triangle(0.5, 2, inf)\noutput y in [0, 1] else nan\n  a = constant(0)\n"
     gaps += "if u is low then y is a\nif u is high then y is a\n"
-    run = Experiment(fmu_loop("loop l\nblock p = p(t)\nrun 3 s step 20 ms\n", fmu(system_fmu(gaps), 3).data)).run()
+    run = Experiment(fmu_loop("loop l\nblock p = p(t)\nrun 3 s step 20 ms\n", write_fmu(gaps, own).read_bytes())).run()
     assert run.stopped.message == "output 'y' of FMU 'p' is nan at t = 0.12 s"
     assert len(run) == 6
 
@@ -140,22 +124,21 @@ def test_an_output_that_is_not_a_number_ends_the_run(fmu_loop):
 )
 def test_an_fmu_that_cannot_be_run_here(fmu_loop, fmus, tmp_path, change, message, fact):
     here = Path.cwd()
-    found = stopped(fmu_loop(data=changed(fmus[2], tmp_path, change)))
+    (tmp_path / "own.fmu").write_bytes(fmus[2])
+    found = stopped(fmu_loop(data=changed(tmp_path / "own.fmu", change).read_bytes()))
     assert Path.cwd() == here
     assert (found.code, found.message) == ("FZ711", message)
     assert any(fact in f for f in found.facts), found.facts
     assert found.help
 
 
-def test_an_fmu_may_end_the_simulation(fmu_loop, monkeypatch):
-    def changed_sources(model, version):
-        texts, old = sources(model, version), "    *lastSuccessfulTime"
-        return texts | {
-            "fmi3.c": texts["fmi3.c"].replace(old, f"    *terminateSimulation = own->now.time > 0.25;\n{old}")
-        }
+def test_an_fmu_may_end_the_simulation(fmu_loop, fmus, tmp_path):
+    def ending(name, content):
+        old = b"    *lastSuccessfulTime"
+        return content.replace(old, b"    *terminateSimulation = own->now.time > 0.25;\n" + old)
 
-    monkeypatch.setattr("fuzzyctl.codegen.fmu.archive.sources", changed_sources)
-    run = Experiment(fmu_loop(data=fmu(plant_fmu(f"plant p\n{TEXT}"), 3).data)).run()
+    (tmp_path / "own.fmu").write_bytes(fmus[3])
+    run = Experiment(fmu_loop(data=changed(tmp_path / "own.fmu", ending, compile_again=True).read_bytes())).run()
     assert run.stopped.facts[0] == "it asks to end the simulation"
     assert run.stopped.message == "FMU 'p' cannot make a step at t = 0.24 s"
     assert len(run) == 13
@@ -164,7 +147,7 @@ def test_an_fmu_may_end_the_simulation(fmu_loop, monkeypatch):
 def test_without_fmpy_it_says_what_to_install(fmu_loop, monkeypatch, tmp_path):
     (tmp_path / "fmpy.py").write_text("raise ImportError")
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(fmu_process, "_idle", [])
+    monkeypatch.setattr("fuzzyctl.simulation.fmu_process._idle", [])
     found = stopped(fmu_loop())
     assert found.message == "FMUs are run by FMPy, which is not installed"
     assert found.help == "pip install 'fuzzyctl[interop]'"
@@ -180,14 +163,14 @@ def test_machine_code_adaptive_solvers_and_free_params_are_refused(fmu_loop):
         Experiment(loop, free=["p.d"])
 
 
-def test_a_controller_as_an_fmu_drives_a_plant_one_sample_later(loop, tmp_path, fmus):
+def test_a_controller_as_an_fmu_drives_a_plant_one_sample_later(loop, tmp_path):
     law = "controller own\ninput y\noutput u = -2 * y\nevery 20 ms\n"
-    (tmp_path / "own.fmu").write_bytes(fmu(controller_fmu(law), 2).data)
+    write_fmu(law, tmp_path / "own.fmu", version=2)
     text = LOOP.replace("block law = law(p.y)", "block law = own(p.y)").replace("controller law", "controller unused")
     run = simulate(loop(f'plant own = fmu("own.fmu")\nplant p\n{TEXT}{text}'))
     assert run["law.u"][1:] == pytest.approx(-2 * run["p.y"][:-1])
 
 
-def test_an_fmu_is_no_function_of_its_states():
+def test_an_fmu_is_no_function_of_its_states(fmu_loop):
     with pytest.raises(ArgumentError, match="plant 'p' is an FMU, whose states only it knows"):
-        PlantFunction(Plant(name="p", fmu="p.fmu"))
+        rhs(fmu_loop().plants[0], 0.0)

@@ -6,9 +6,7 @@ import re
 import pytest
 
 import fuzzyctl
-from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.plain_run import PlainRunError, plain_run
-from fuzzyctl.support.shipped import rules_folder
 
 TANK = """plant tank
 input q
@@ -36,7 +34,7 @@ def bits(values):
 
 
 def same(loop):
-    run, plain = Experiment(loop, "python").run(), plain_run(loop)
+    run, plain = fuzzyctl.Experiment(loop, "python").run(), plain_run(loop)
     assert bits(plain.t) == bits(run.t)
     assert {n: bits(v) for n, v in plain.signals.items()} == {n: bits(run[n]) for n in run.positions}
     assert bool(plain.stopped) == (run.stopped is not None)
@@ -50,7 +48,7 @@ def same(loop):
 
 
 def test_a_run_has_the_bits_of_simulate(tmp_path):
-    assert not same(fuzzyctl.load(rules_folder() / "loops" / "pendulum.fz", block=fuzzyctl.Loop)).stopped
+    assert not same(fuzzyctl.load("pendulum", block=fuzzyctl.Loop)).stopped
     assert not same(written(tmp_path)).stopped
 
 

@@ -6,10 +6,10 @@ import pytest
 import fuzzyctl
 from dwmr.plant.disturbances import disturbance
 from dwmr.plant.robot import State, advance, body, derivative
-from fuzzyctl.model.discrete_plant import STAGES, discretised
-from fuzzyctl.simulation.plant_function import PlantFunction
+from fuzzyctl.interop.control import nlsys, start
+from fuzzyctl.testing import run_command
 from tests.dwmr.plant.test_robot import CALM, NO_LOAD, robot
-from tests.fuzzyctl.codegen.fmu.fmus import Built, plant_fmu
+from tests.fuzzyctl.codegen.fmu.fmus import Built
 
 PLANT = """plant p
 input v
@@ -39,31 +39,39 @@ def states(loop):
     return python
 
 
-@pytest.mark.parametrize("backend", ["python", "numba"])
-def test_a_plant_as_a_difference_equation(loop, states, backend):
-    kernel = fuzzyctl.compile(discretised(loop.plants[0], 0.125, substeps=3), backend)
-    outputs, last = kernel.run(np.full(len(states), 0.7))
-    assert outputs.tobytes() == states.tobytes()
-    assert last.shape == (2,)
+def test_a_plant_as_a_difference_equation(states, tmp_path):
+    (tmp_path / "p.fz").write_text(PLANT)
+    options = ("--target", "python", "--step", 0.125, "--substeps", 3)
+    assert run_command("codegen", "p.fz", *options, folder=tmp_path).exit_code == 0
+    names = {"__name__": "generated"}
+    exec((tmp_path / "p.py").read_text(), names)
+    state = names["start"]()
+    for k, expected in enumerate(states):
+        found, state = names["step"](0.7, state)
+        assert found == tuple(expected), k
 
 
 def test_a_plant_as_a_function(loop, states):
-    plant = PlantFunction(loop.plants[0])
-    x = plant.start
+    (plant,) = loop.plants
+    system, x = nlsys(plant, dt=0.125, substeps=3), start(plant)
     for k, expected in enumerate(states):
         assert tuple(x) == tuple(expected), k
-        x = plant.advanced(k * 0.125, x, [0.7], 0.125, substeps=3)
+        x = system.dynamics(k * 0.125, x, [0.7])
 
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_an_fmu(states, version, tmp_path):
-    instance = Built(plant_fmu(PLANT), version, tmp_path / "fmu").instance(integration_step=0.125 / 3)
+    instance = Built(PLANT, version, tmp_path / "fmu").instance(integration_step=0.125 / 3)
     for k, expected in enumerate(states[1:], 1):
         assert tuple(instance.step(0.125, v=0.7)) == tuple(expected), k
 
 
+#: Divisors of the weights, and times of the stages.
+STAGES = ((6, 0.0), (3, 0.5), (3, 0.5), (6, 1.0))
+
+
 def test_a_robot():
-    """The stages of the table, made with the robot's own derivative, are its step."""
+    """The stages, made with the robot's own derivative, are its step."""
     one, h = robot(coulomb_force=6.0, viscous_force=5.0), 0.005 / 3
     found = now = State(0.0, 0.0, 0.3, 0.5, 0.4, 2.0, 1.0)
     shape, calm = body(0.0, one, NO_LOAD), disturbance(0.0, CALM)

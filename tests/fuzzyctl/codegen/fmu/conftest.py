@@ -18,10 +18,10 @@ def built(fmus):
     made, folder = fmus
     used = []
 
-    def build(model, version=3):
-        key = model.token, version
+    def build(text, version=3, *options):
+        key = (text, version, *options)
         if key not in made:
-            made[key] = Built(model, version, folder / str(len(made)))
+            made[key] = Built(text, version, folder / str(len(made)), *options)
         used.append(made[key])
         return made[key]
 

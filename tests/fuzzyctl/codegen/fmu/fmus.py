@@ -1,49 +1,65 @@
-"""FMUs of texts, and instances of them in FMPy."""
+"""FMUs that `fuzzyctl codegen` writes, and instances of them in FMPy."""
 
 import shutil
+import subprocess
+import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fuzzyctl import loads
-from fuzzyctl.codegen.fmu.archive import compiler, fmu
-from fuzzyctl.codegen.fmu.calls import block_model, tunable
-from fuzzyctl.codegen.fmu.plants import plant_model
-from fuzzyctl.codegen.prepare import prepare
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import look_through
-from tests.fuzzyctl.codegen.steps.targets import controller_of
+from fuzzyctl.testing import run_command
+
+#: What compiles the sources of an FMU into the library of its name.
+COMPILE = "cc -std=c99 -O1 -ffp-contract=off -fvisibility=hidden -shared -fPIC -o".split()
 
 
-def controller_fmu(text, free=None, **options):
-    controller = controller_of(text)
-    free = tunable(controller) if free is None else free
-    return block_model(prepare(controller, text, small=True, free=free, **options))
+def write_fmu(text, path, *options, version=3):
+    """Write the last controller, system or plant of a text as an FMU, and return its path."""
+    if shutil.which("cc") is None:
+        pytest.skip("there is no C compiler")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    source = path.with_suffix(".fz")
+    source.write_text(text, encoding="utf-8")
+    run = run_command("codegen", source, "--target", "fmu", "--fmi", version, "-o", path, "-q", *options)
+    source.unlink()
+    assert run.exit_code == 0, f"{run.output}{run.errors}"
+    return path
 
 
-def system_fmu(text, **options):
-    return block_model(prepare(loads(text), text, small=True, **options))
+def changed(path, change, *, compile_again=False):
+    """Replace an FMU by one whose files a function changed; None drops a file.
 
-
-def plant_fmu(text, name="p", **options):
-    examined = look_through(SourceText("p.fz", text))
-    assert [d.message for d in examined.diagnostics if d.severity == "error"] == []
-    return plant_model(next(p for p in examined.plants if p.name == name), text, **options)
+    Args:
+        path: The FMU.
+        change: A function of the name and the bytes of a file.
+        compile_again: Whether the library is compiled from the changed sources.
+    """
+    with zipfile.ZipFile(path) as archive:
+        files = {name: change(name, archive.read(name)) for name in archive.namelist()}
+    if compile_again:
+        folder = path.parent / "sources"
+        folder.mkdir(exist_ok=True)
+        sources = {Path(n).name: c for n, c in files.items() if n.startswith("sources/") and not n.endswith(".xml")}
+        for name, content in sources.items():
+            (folder / name).write_bytes(content)
+        subprocess.run([*COMPILE, "l.so", *(n for n in sources if n.endswith(".c")), "-lm"], cwd=folder, check=True)
+        files[next(n for n in files if n.startswith("binaries/"))] = (folder / "l.so").read_bytes()
+        shutil.rmtree(folder)
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in files.items():
+            if content is not None:
+                archive.writestr(name, content)
+    return path
 
 
 class Built:
     """An FMU on disk."""
 
-    def __init__(self, model, version, folder):
+    def __init__(self, text, version, folder, *options):
         fmpy = pytest.importorskip("fmpy")
-        if compiler() is None:
-            pytest.skip("there is no C compiler")
-        self.model, self.version = model, version
-        self.path = folder / f"{model.name}{version}.fmu"
-        made = fmu(model, version)
-        assert made.missing == ""
-        folder.mkdir()
-        self.path.write_bytes(made.data)
+        self.version = version
+        self.path = write_fmu(text, folder / "own.fmu", *options, version=version)
         self.description = fmpy.read_model_description(str(self.path))
         self.folder = fmpy.extract(str(self.path))
         self.messages = []
@@ -112,11 +128,15 @@ class Instance:
         self.set(**values)
         self.own.doStep(currentCommunicationPoint=self.time, communicationStepSize=size)
         self.time += size
-        return self.get(*(v.name for v in self._built.model.outputs))
+        return self.get(*self.named("output"))
+
+    def named(self, causality):
+        """Return the names of the inputs or outputs."""
+        return [v.name for v in self._built.description.modelVariables if v.causality == causality]
 
     def steps(self, rows, size):
         """Return the outputs after steps with rows of inputs, shape (steps, outputs); the last column may be dt."""
-        names = [v.name for v in self._built.model.inputs]
+        names = self.named("input")
         times = [size] * len(rows) if size is not None else rows[:, -1].tolist()
         return np.array(
             [self.step(dt, **dict(zip(names, row, strict=False))) for row, dt in zip(rows.tolist(), times, strict=True)]

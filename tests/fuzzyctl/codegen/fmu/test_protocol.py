@@ -1,7 +1,6 @@
 """What an importer may ask of an FMU: samples between communication points, states, errors, messages."""
 
 import subprocess
-from xml.etree import ElementTree
 
 import fmpy.validation
 import numpy as np
@@ -10,15 +9,10 @@ from fmpy.fmi1 import FMICallException
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.fmu.archive import compiler, fmu, sources
-from fuzzyctl.codegen.fmu.calls import tunable
-from fuzzyctl.codegen.fmu.description import model_description, xml_text
-from fuzzyctl.codegen.fmu.model import Model
-from tests.fuzzyctl.codegen.conftest import STRICT, averaged, text
-from tests.fuzzyctl.codegen.fmu.fmus import controller_fmu, plant_fmu, system_fmu
+from tests.fuzzyctl.codegen.conftest import STRICT, averaged, text, written
+from tests.fuzzyctl.codegen.fmu.fmus import write_fmu
 from tests.fuzzyctl.codegen.fmu.test_agreement import TANK
-from tests.fuzzyctl.codegen.steps.targets import by_kernel, controller_of
+from tests.fuzzyctl.codegen.steps.targets import by_kernel
 from tests.fuzzyctl.codegen.steps.texts import TEXTS
 from tests.sizes import examples
 
@@ -36,12 +30,12 @@ VERSIONS = pytest.mark.parametrize("version", [2, 3])
 
 #: Models that differ in what their FMUs hold.
 MODELS = {
-    "counter": lambda: controller_fmu(COUNTER),
-    "greek": lambda: controller_fmu(TEXTS["greek"]),
-    "clock": lambda: controller_fmu(TEXTS["clock"]),
-    "operators": lambda: controller_fmu(TEXTS["operators"]),
-    "system": lambda: system_fmu(averaged("gaps", otherwise=" else error")),
-    "plant": lambda: plant_fmu(TANK),
+    "counter": COUNTER,
+    "greek": TEXTS["greek"],
+    "clock": TEXTS["clock"],
+    "operators": TEXTS["operators"],
+    "system": averaged("gaps", otherwise=" else error"),
+    "plant": TANK,
 }
 #: In the test line each has one version: they differ in their descriptions, which golden texts hold.
 DESCRIBED = [
@@ -53,22 +47,20 @@ DESCRIBED = [
 
 @pytest.mark.parametrize(("model", "version"), DESCRIBED)
 def test_fmpy_finds_no_problem_and_the_c_compiles_without_a_warning(model, version, built, tmp_path):
-    made = built(model(), version)
+    made = built(model, version)
     assert fmpy.validation.validate_fmu(str(made.path)) == []
     if version == 3:
         (build,) = fmpy.model_description.read_build_description(made.folder)
-        assert build.sourceFileSets[0].sourceFiles == [f"{made.model.name}.c", "fmi3.c"]
-    for name, content in sources(made.model, version).items():
-        (tmp_path / name).write_text(content, encoding="utf-8")
+        assert build.sourceFileSets[0].sourceFiles[-1] == "fmi3.c"
     prefix = f"-DFMI{version}_FUNCTION_PREFIX=own_"
-    flags = [*STRICT, "-Wshadow", prefix, "-c", f"fmi{version}.c", "-o", "own.o"]
-    subprocess.run([compiler(), *flags], cwd=tmp_path, check=True)
+    flags = [*STRICT, "-Wshadow", prefix, "-c", f"sources/fmi{version}.c", "-o", str(tmp_path / "own.o")]
+    subprocess.run(["cc", *flags], cwd=made.folder, check=True)
     assert b"own_fmi" in (tmp_path / "own.o").read_bytes()
 
 
 @VERSIONS
 def test_a_controller_samples_at_its_own_instants(built, version):
-    made = built(controller_fmu(COUNTER), version)
+    made = built(COUNTER, version)
     small, large = made.instance(start=3.0), made.instance(start=3.0)
     found = [small.step(0.025, x=1.0)[0] for _ in range(10)]
     assert found == [0, 0, 0, 0, 2, 2, 2, 2, 4, 4]
@@ -83,19 +75,19 @@ def test_a_controller_samples_at_its_own_instants(built, version):
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=examples(100, 20))
 def test_samples_do_not_hang_on_the_communication_steps(built, sizes, start, inputs):
     """Steps of 10 ms to 0.3 s: the samples lie in [begin, end), each with the input of its step."""
-    instance = built(controller_fmu(COUNTER)).instance(start=start)
+    instance = built(COUNTER).instance(start=start)
     total, before, made, ticks = 0.0, 0.0, 0, 0
     for size, x in zip(sizes, inputs, strict=False):
         ticks += size
         while made * 10 < ticks:
             before, total, made = total, total + 2 * x, made + 1
         assert instance.step(size / 100, x=x) == pytest.approx([before], abs=1e-12)
-    built(controller_fmu(COUNTER)).forget(instance)
+    built(COUNTER).forget(instance)
 
 
 @VERSIONS
 def test_outputs_before_the_first_step_are_those_of_the_inputs(built, version):
-    pid = built(controller_fmu(TEXTS["pid"]), version).instance(r=1.5, y=0.5)
+    pid = built(TEXTS["pid"], version).instance(r=1.5, y=0.5)
     (before,) = pid.get("u")
     assert before == pytest.approx(by_kernel(TEXTS["pid"], np.array([[1.5, 0.5]]))[0, 0], abs=1e-12)
     assert pid.step(0.05) == [before]  # the state was not touched
@@ -103,7 +95,7 @@ def test_outputs_before_the_first_step_are_those_of_the_inputs(built, version):
 
 @VERSIONS
 def test_states_are_copied_written_and_read(built, version):
-    made = built(controller_fmu(COUNTER), version)
+    made = built(COUNTER, version)
     instance, other = made.instance(), made.instance()
     for _ in range(3):
         instance.step(0.1, x=1.0)
@@ -128,7 +120,7 @@ def test_states_are_copied_written_and_read(built, version):
 
 @VERSIONS
 def test_a_reset_begins_anew(built, version):
-    instance = built(controller_fmu(COUNTER), version).instance(gain=5.0)
+    instance = built(COUNTER, version).instance(gain=5.0)
     instance.step(0.1, x=1.0)
     instance.own.reset()
     assert instance.get("gain", "x", "y") == [2, 0, 0]
@@ -140,7 +132,7 @@ def test_a_reset_begins_anew(built, version):
 
 @VERSIONS
 def test_nan_gives_nan_leaves_the_state_and_is_logged_once(built, version):
-    made = built(controller_fmu(COUNTER), version)
+    made = built(COUNTER, version)
     instance = made.instance()
     for x in (1.0, 1.0):
         instance.step(0.1, x=x)
@@ -153,7 +145,7 @@ def test_nan_gives_nan_leaves_the_state_and_is_logged_once(built, version):
 
 @VERSIONS
 def test_samples_are_logged_where_they_are_wanted(built, version):
-    made = built(controller_fmu(COUNTER), version)
+    made = built(COUNTER, version)
     instance = made.instance()
     instance.own.setDebugLogging(True, ["logEvents"]) if version == 3 else instance.own.fmi2SetDebugLogging(
         instance.own.component, 1, 0, None
@@ -181,7 +173,7 @@ def test_samples_are_logged_where_they_are_wanted(built, version):
     ],
 )
 def test_what_an_importer_does_wrong_is_an_error_with_a_message(built, version, act, message):
-    made = built(controller_fmu(COUNTER), version)
+    made = built(COUNTER, version)
     instance = made.instance()
     with pytest.raises(FMICallException, match="error"):
         act(instance)
@@ -192,15 +184,15 @@ def test_what_an_importer_does_wrong_is_an_error_with_a_message(built, version, 
 
 
 def test_a_step_of_no_length_does_nothing_in_fmi_2_and_is_an_error_in_fmi_3(built):
-    instance = built(controller_fmu(COUNTER), 2).instance()
+    instance = built(COUNTER, 2).instance()
     assert [instance.step(size, x=1.0)[0] for size in (0.1, 0.0, 0.0, 0.1)] == [0, 0, 0, 2]
     with pytest.raises(FMICallException):
-        built(controller_fmu(COUNTER), 3).instance().step(0.0)
+        built(COUNTER, 3).instance().step(0.0)
 
 
 @VERSIONS
 def test_a_run_ends_where_no_rule_fires_and_can_be_reset(built, version):
-    made = built(controller_fmu(TEXTS["refusing"]), version)
+    made = built(TEXTS["refusing"], version)
     instance = made.instance(x=2.0)
     instance.step(0.05)
     with pytest.raises(FMICallException):
@@ -213,7 +205,7 @@ def test_a_run_ends_where_no_rule_fires_and_can_be_reset(built, version):
 
 
 def test_a_state_that_leaves_its_range_ends_the_run(built):
-    made = built(plant_fmu(TANK.replace("[0, inf)", "[0, 2]")))
+    made = built(TANK.replace("[0, inf)", "[0, 2]"))
     instance = made.instance()
     with pytest.raises(FMICallException):
         [instance.step(0.1, v=10.0) for _ in range(50)]
@@ -221,7 +213,7 @@ def test_a_state_that_leaves_its_range_ends_the_run(built):
 
 
 def test_another_token_is_refused(built):
-    made = built(controller_fmu(COUNTER))
+    made = built(COUNTER)
     own, made.description.guid = made.description.guid, "{other}"
     with pytest.raises(Exception, match="instantiate"):
         made.instance(begin=False)
@@ -229,13 +221,13 @@ def test_another_token_is_refused(built):
     assert made.messages == [
         (
             "logStatusError",
-            f"fmi3InstantiateCoSimulation: expected the token {made.model.token}, as in modelDescription.xml",
+            f"fmi3InstantiateCoSimulation: expected the token {own}, as in modelDescription.xml",
         )
     ]
 
 
 def test_variables_have_units_ranges_and_kinds(built):
-    made = built(controller_fmu(COUNTER), 2)
+    made = built(COUNTER, 2)
     known = {v.name: v for v in made.description.modelVariables}
     assert {n: (v.causality, v.variability) for n, v in known.items()} == {
         "x": ("input", "continuous"),
@@ -248,49 +240,48 @@ def test_variables_have_units_ranges_and_kinds(built):
 
 
 def test_params_that_are_not_free_are_constants(built):
-    made = built(controller_fmu(COUNTER, free=()))
+    made = built(COUNTER, 3, "--free", "gain")
     known = {v.name: (v.variability, v.start) for v in made.description.modelVariables}
-    assert known["gain"] == ("constant", "2.0")
-    assert known["double"] == ("constant", "4.0")
-
-
-def test_the_same_text_gives_the_same_fmu_and_another_text_another_token(built):
-    model, changed = controller_fmu(COUNTER), controller_fmu(COUNTER.replace("gain * x", "gain + x"))
-    assert built(model).path.read_bytes() == fmu(controller_fmu(COUNTER), 3).data
-    assert model.token != changed.token
-    assert model.token == controller_fmu(COUNTER).token
-
-
-@pytest.mark.parametrize(
-    ("model", "message"),
-    [
-        (lambda: system_fmu(text("fmi3DoStep")), "begins as names of the standard"),
-        (lambda: plant_fmu("plant p\ninput u\nstate x = 0\nder x = delay(u, 1 s)\noutput y = x\n"), "dead time"),
-        (lambda: plant_fmu("plant p\ninput u\noutput y = 2 * u\n"), "has no states"),
-        (lambda: plant_fmu(TANK, free=["start"]), "depends on 'start'"),
-    ],
-)
-def test_what_has_no_fmu_is_refused(model, message):
-    with pytest.raises(CodegenError, match=message):
-        model()
-
-
-@given(label=st.text(st.characters(codec="utf-8"), max_size=20))
-def test_any_label_is_an_attribute(label):
-    model = Model("m", "m", label, (), (), (), (), (), {}, "", (), (), 0.0)
-    for version in (2, 3):
-        head = ElementTree.fromstring(model_description(model, version, ["a.c"]))
-        assert head.get("description", "") == xml_text(label)
-
-
-def test_what_is_known_before_the_c_is_written_is_no_parameter():
+    assert known["gain"] == ("tunable", "2.0")
     own = averaged("own", "param p = 2").replace("constant(19)", "constant(p)")
     own += "\ncontroller c\ninput e in [0, 10]\nparam gain = 2\nparam double = 2 * gain\nparam begin = 1\n"
     own += "param time = 0.1\nparam heavy = 3\nstate s = begin\nnext s = double * e\n"
     own += "let k = own(gain * e, 0, p=heavy)\noutput u = k + s\nevery time\n"
-    assert tunable(controller_of(own)) == ("gain",)
-    model = controller_fmu(own)
-    assert [v.name for v in model.params] == ["gain"]
-    assert [v.name for v in model.constants] == ["begin", "time", "heavy"]
-    with pytest.raises(CodegenError, match="the period depends on 'time'"):
-        controller_fmu(own, free=["time"])
+    known = {v.name: v.variability for v in built(own).description.modelVariables if "param" in f"{v.causality}"}
+    constants = [v.name for v in built(own).description.modelVariables if v.variability == "constant"]
+    assert known == {"gain": "tunable"}
+    assert constants == ["begin", "time", "heavy"]
+    assert "the period depends on 'time'" in refused(own, "--free", "time")
+
+
+def test_the_same_text_gives_the_same_fmu_and_another_text_another_token(built, tmp_path):
+    one, other = built(COUNTER), built(COUNTER.replace("gain * x", "gain + x"))
+    again = write_fmu(COUNTER, tmp_path / "own.fmu")
+    assert one.path.read_bytes() == again.read_bytes()
+    assert one.description.guid != other.description.guid
+
+
+def refused(text, *options):
+    found = written(text, "fmu", *options)
+    assert found.code != 0
+    return " ".join(found.errors.split())
+
+
+@pytest.mark.parametrize(
+    ("own", "message", "options"),
+    [
+        (text("fmi3DoStep"), "begins as names of the standard", ()),
+        ("plant p\ninput u\nstate x = 0\nder x = delay(u, 1 s)\noutput y = x\n", "dead time", ()),
+        ("plant p\ninput u\noutput y = 2 * u\n", "has no states", ()),
+        (TANK, "depends on 'start'", ("--free", "start")),
+    ],
+)
+def test_what_has_no_fmu_is_refused(own, message, options):
+    assert message in refused(own, *options)
+
+
+def test_any_label_is_an_attribute(built):
+    label = "σ < 'a' & b > c; \U0001f600 ]]> é"
+    for version in (2, 3):
+        made = built(COUNTER.replace("counter\n", f'counter "{label}"\n', 1), version)
+        assert made.description.description == label

@@ -2,52 +2,38 @@
 
 import json
 import math
+import re
 import struct
 import subprocess
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 
 import fuzzyctl
-from fuzzyctl.codegen import c_source, javascript_source, python_source, st_source
-from fuzzyctl.codegen.c_layout import CLayout
-from fuzzyctl.codegen.fixed import c_fixed_step
-from fuzzyctl.codegen.javascript_source import JavaScriptLayout
+from fuzzyctl.codegen.files import generate, sources
 from fuzzyctl.codegen.prepare import prepare
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import look_through
+from fuzzyctl.testing import check_text
+from tests.fuzzyctl.codegen.conftest import STRICT
 from tests.fuzzyctl.codegen.structured_text import Block
-
-STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wdouble-promotion"]
-
-#: Reads rows of numbers from standard input and writes the outputs of each step.
-DRIVER = """static void run_{name}(void)
-{{
-{begin}
-    double row[{width}];
-    size_t count = 0U;
-    uint64_t rows = 0U;
-    count = fread(&rows, sizeof rows, 1U, stdin);
-    for (uint64_t k = 0U; (k < rows) && (count > 0U); ++k) {{
-        count = fread(row, sizeof row[0], {width}U, stdin);
-{call}
-        (void)fwrite(found, sizeof found[0], {outputs}U, stdout);
-    }}
-}}
-"""
 
 
 def controller_of(text, name=None):
     """Return the last controller of a text, or the one of that name."""
-    examined = look_through(SourceText("c.fz", text))
-    assert [d.message for d in examined.diagnostics if d.severity == "error"] == []
-    return next(c for c in reversed(examined.controllers) if name in (None, c.name))
+    blocks, diagnostics = check_text(text, "c.fz", guarantees=False)
+    assert [d.message for d in diagnostics if d.severity == "error"] == []
+    return next(b for b in reversed(blocks) if b.kind == "controller" and name in (None, b.name))
 
 
-def unit_of(text, target="c", **options):
-    return prepare(
-        controller_of(text), text, guarded=target == "st", small=target not in ("python", "javascript"), **options
-    )
+@cache
+def _unit_of(text, target, options):
+    small = target not in ("python", "javascript")
+    return prepare(controller_of(text), text, guarded=target == "st", small=small, **dict(options))
+
+
+def unit_of(text, target="c", free=(), **options):
+    """Return the last controller of a text, prepared once for all tests."""
+    return _unit_of(text, target, (("free", tuple(free)), *options.items()))
 
 
 def rows_for(unit, count, seed=1):
@@ -72,7 +58,7 @@ def by_kernel(text, rows, backend="python"):
 
 def by_python(unit, rows, **numbers):
     names = {"__name__": "generated"}
-    exec(compile(python_source.module(unit), "generated", "exec"), names)
+    exec(compile(*sources(unit, "python").values(), "generated", "exec"), names)
     state, results, width = names["start"](**numbers), [], len(unit.equations.inputs)
     for row in rows.tolist():
         found, state = names["step"](*row[:width], state, *row[width:])
@@ -82,7 +68,7 @@ def by_python(unit, rows, **numbers):
 
 def by_structured_text(unit, rows, **numbers):
     """Return the outputs, NaN where they are not valid."""
-    block = Block(st_source.function_block(unit))
+    block = Block(*sources(unit, "st").values())
     results = []
     for row in rows.tolist():
         found = block(**dict(zip(block.inputs, [*row, *(n.start for n in unit.numbers)], strict=True)) | numbers)
@@ -112,37 +98,21 @@ def by_javascript(units: Sequence, rows: Sequence, folder, **numbers):
     entries = []
     for k, (unit, own) in enumerate(zip(units, rows, strict=True)):
         (folder / f"{k}").mkdir()
-        name = JavaScriptLayout(unit).name
-        (folder / f"{k}" / f"{name}.mjs").write_text(javascript_source.module(unit), encoding="utf-8")
+        ((name, text),) = sources(unit, "javascript").items()
+        (folder / f"{k}" / name).write_text(text, encoding="utf-8")
         (own if own.shape[1] else np.zeros((len(own), 1))).tofile(folder / f"{k}" / "rows.bin")
-        entries.append([f"{k}", name, numbers])
+        entries.append([f"{k}", name.removesuffix(".mjs"), numbers])
     (folder / "controllers.json").write_text(json.dumps(entries), encoding="utf-8")
     (folder / "main.mjs").write_text(NODE, encoding="utf-8")
     subprocess.run(["node", "main.mjs"], cwd=folder, check=True)
     return [np.fromfile(folder / f"{k}" / "found.bin").reshape(len(own), -1) for k, own in enumerate(rows)]
 
 
-def driver(unit, **numbers):
-    """Return the text of a function that makes the steps of one controller with some free numbers."""
-    layout = CLayout(unit)
-    arguments = [*(["&state"] if layout.members else []), *(["&params"] if layout.numbers else [])]
-    arguments = [*arguments, *(f"row[{k}]" for k in range(len(layout.arguments)))]
-    call = f"{layout.name}_step({', '.join([*arguments, *(['&outputs'] if layout.many else [])])})"
-    found = ", ".join(f"outputs.{o}" for o in layout.outputs) if layout.many else call
-    lines = [f"{layout.name}_outputs outputs;", f"{call};"] if layout.many else []
-    lines.append(f"const double found[{len(layout.outputs)}] = {{{found}}};")
-    begin = f"    {layout.name}_state state;\n    {layout.name}_init(&state);" if layout.members else ""
-    begin += f"    {layout.name}_params params;\n    {layout.name}_params_init(&params);" if layout.numbers else ""
-    begin += "".join(f"\n    params.{name} = {value!r};" for name, value in numbers.items())
-    body = "\n".join("        " + line for line in lines)
-    sizes = {"width": max(1, len(layout.arguments)), "outputs": len(layout.outputs)}
-    return DRIVER.format(name=layout.name, begin=begin, call=body, **sizes)
-
-
-FIXED_DRIVER = """static void run_{name}(void)
+#: Reads rows of numbers from standard input and writes the outputs of each step.
+DRIVER = """static void run_{name}(void)
 {{
 {begin}
-    int32_t row[{width}];
+    {row} row[{width}];
     size_t count = 0U;
     uint64_t rows = 0U;
     count = fread(&rows, sizeof rows, 1U, stdin);
@@ -155,62 +125,68 @@ FIXED_DRIVER = """static void run_{name}(void)
 """
 
 
-def by_fixed_c(steps: Sequence, rows: Sequence, folder, flags=("-O1",)):
-    """Compile fixed-point steps into one program, and return the integers of the outputs of each over integer rows."""
-    layouts = [CLayout(s.unit, s.form.bits) for s in steps]
-    texts = []
-    for step, layout in zip(steps, layouts, strict=True):
-        files = c_fixed_step.files(step.unit, step)
-        for end in ("h", "c"):
-            (folder / f"{layout.name}.{end}").write_text(files[f"{layout.name}.{end}"], encoding="utf-8")
-        given = [*(["&state"] if layout.members else [])]
-        given += [f"({layout.real})row[{k}]" for k in range(len(layout.arguments))]
-        call = f"{layout.name}_step({', '.join([*given, *(['&outputs'] if layout.many else [])])})"
-        found = ", ".join(f"outputs.{o}" for o in layout.outputs) if layout.many else call
-        lines = [f"{layout.name}_outputs outputs;", f"{call};"] if layout.many else []
-        lines.append(f"const int32_t found[{len(layout.outputs)}] = {{{found}}};")
-        begin = f"    {layout.name}_state state;\n    {layout.name}_init(&state);" if layout.members else ""
-        sizes = {"width": max(1, len(layout.arguments)), "outputs": len(layout.outputs)}
-        texts.append(FIXED_DRIVER.format(name=layout.name, begin=begin, call="\n".join(lines), **sizes))
-    heads = ["#include <stdint.h>", "#include <stdio.h>", *(f'#include "{x.name}.h"' for x in layouts)]
-    calls = "".join(f"    run_{x.name}();\n" for x in layouts)
-    main = "\n".join([*heads, *texts, f"int main(void)\n{{\n{calls}    return 0;\n}}\n"])
+def _driver(name, header, row, numbers):
+    """Return the text of a function that evaluates a block over rows of a type, read in its header; its outputs.
+
+    Args:
+        name: That of the block.
+        header: The text of its header.
+        row: The type of numbers of the rows.
+        numbers: Free numbers.
+    """
+    function, inside = re.search(rf"^\w+ ({name}(?:_step)?)\((.*)\);$", header, re.M).groups()
+    taken = [re.fullmatch(r"(?:const )?(\w+) (\*?)(\w+)", part).groups() for part in inside.split(", ") if " " in part]
+    numeric = [kind for kind, star, _ in taken if not star]
+    structs = [(kind, own) for kind, star, own in taken if star and own != "outputs"]
+    begin = [f"{kind} {own};\n    {name}_{'' if own == 'state' else own + '_'}init(&{own});" for kind, own in structs]
+    begin += [f"params.{own} = {value!r};" for own, value in numbers.items()]
+    given = [*(f"&{own}" for _, own in structs), *(f"({kind})row[{k}]" for k, kind in enumerate(numeric))]
+    many = re.search(rf"typedef struct \{{([^}}]*)\}} {name}_outputs;", header)
+    call = f"{function}({', '.join([*given, *(['&outputs'] if many else [])])})"
+    lines, results = [], [call]
+    if many:
+        lines = [f"{name}_outputs outputs;", f"{call};"]
+        results = [f"outputs.{own}" for own in re.findall(r"(\w+);", many[1])]
+    lines.append(f"const {row} found[{len(results)}] = {{{', '.join(results)}}};")
+    call = "\n".join("        " + line for line in lines)
+    sizes = {"width": max(1, len(numeric)), "outputs": len(results)}
+    begin = "\n".join("    " + line for line in begin)
+    return DRIVER.format(name=name, begin=begin, row=row, call=call, **sizes), len(results)
+
+
+def _by_program(files, rows, folder, flags, kind, **numbers):
+    """Compile files of several blocks into one program, and return the outputs of each over its rows."""
+    names = [next(n for n in texts if n.endswith(".h"))[:-2] for texts in files]
+    for texts, name in zip(files, names, strict=True):
+        for file in (f"{name}.h", f"{name}.c"):
+            (folder / file).write_text(texts[file], encoding="utf-8")
+    row, dtype = kind
+    drivers = [_driver(n, texts[f"{n}.h"], row, numbers) for n, texts in zip(names, files, strict=True)]
+    heads = ["#include <stdint.h>", "#include <stdio.h>", *(f'#include "{n}.h"' for n in names)]
+    calls = "".join(f"    run_{n}();\n" for n in names)
+    main = "\n".join([*heads, *(text for text, _ in drivers), f"int main(void)\n{{\n{calls}    return 0;\n}}\n"])
     (folder / "main.c").write_text(main, encoding="utf-8")
     program = folder / "program"
-    sources = [str(folder / "main.c"), *(str(folder / f"{x.name}.c") for x in layouts)]
-    subprocess.run(["gcc", *STRICT, *flags, *sources, "-o", str(program)], check=True)
-    given = b"".join(struct.pack("<Q", len(r)) + np.ascontiguousarray(r, dtype=np.int32).tobytes() for r in rows)
-    printed = subprocess.run([program], input=given, capture_output=True, check=True).stdout
-    found, results, place = np.frombuffer(printed, dtype=np.int32), [], 0
-    for layout, own in zip(layouts, rows, strict=True):
-        size = len(own) * len(layout.outputs)
-        results.append(found[place : place + size].reshape(len(own), -1))
-        place += size
-    return results
+    compiled = [str(folder / f"{n}.c") for n in ("main", *names)]
+    subprocess.run(["gcc", *STRICT, *flags, *compiled, "-o", str(program), "-lm"], check=True)
+    # A controller without arguments reads a number for each step, too.
+    wide = [r if r.shape[1] else np.zeros((len(r), 1)) for r in rows]
+    given = b"".join(struct.pack("<Q", len(r)) + np.ascontiguousarray(r, dtype=dtype).tobytes() for r in wide)
+    found = np.frombuffer(subprocess.run([program], input=given, capture_output=True, check=True).stdout, dtype=dtype)
+    ends = np.cumsum([len(own) * width for (_, width), own in zip(drivers, rows, strict=True)])
+    return [part.reshape(len(own), -1) for part, own in zip(np.split(found, ends[:-1]), rows, strict=True)]
 
 
 def by_c(units: Sequence, rows: Sequence, folder, flags=("-O1",), **numbers):
     """Compile several controllers into one program, and return the outputs of each over its rows."""
-    layouts = [CLayout(u) for u in units]
-    for unit, layout in zip(units, layouts, strict=True):
-        (folder / f"{layout.name}.h").write_text(c_source.header(unit), encoding="utf-8")
-        (folder / f"{layout.name}.c").write_text(c_source.source(unit), encoding="utf-8")
-    heads = ["#include <stdint.h>", "#include <stdio.h>", *(f'#include "{x.name}.h"' for x in layouts)]
-    calls = "".join(f"    run_{x.name}();\n" for x in layouts)
-    main = "\n".join(
-        [*heads, *(driver(u, **numbers) for u in units), f"int main(void)\n{{\n{calls}    return 0;\n}}\n"]
-    )
-    (folder / "main.c").write_text(main, encoding="utf-8")
-    program = folder / "program"
-    sources = [str(folder / "main.c"), *(str(folder / f"{x.name}.c") for x in layouts)]
-    subprocess.run(["gcc", *STRICT, *flags, *sources, "-o", str(program), "-lm"], check=True)
-    # A controller without arguments reads a number for each step, too.
-    wide = [r if r.shape[1] else np.zeros((len(r), 1)) for r in rows]
-    given = b"".join(struct.pack("<Q", len(r)) + np.ascontiguousarray(r).tobytes() for r in wide)
-    found = np.frombuffer(subprocess.run([program], input=given, capture_output=True, check=True).stdout)
-    results, place = [], 0
-    for layout, own in zip(layouts, rows, strict=True):
-        size = len(own) * len(layout.outputs)
-        results.append(found[place : place + size].reshape(len(own), -1))
-        place += size
-    return results
+    return _by_program([sources(u, "c") for u in units], rows, folder, flags, ("double", np.float64), **numbers)
+
+
+def by_integers(files: Sequence, rows: Sequence, folder, flags=("-O1",)):
+    """Compile files of fixed point into one program, and return the integers of the outputs over integer rows."""
+    return _by_program(files, rows, folder, flags, ("int32_t", np.int32))
+
+
+def by_fixed_c(steps: Sequence, rows: Sequence, folder, flags=("-O1",)):
+    """Compile fixed-point steps into one program, and return the integers of the outputs of each over integer rows."""
+    return by_integers([generate(s.unit, "c", s).files for s in steps], rows, folder, flags)

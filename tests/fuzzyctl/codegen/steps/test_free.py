@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from fuzzyctl.codegen import c_source
-from fuzzyctl.codegen.c_layout import CLayout
-from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.st_source import function_block
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
-from tests.fuzzyctl.codegen.conftest import SANITIZED
+from tests.fuzzyctl.codegen.conftest import SANITIZED, written
 from tests.fuzzyctl.codegen.steps.targets import (
     by_c,
     by_javascript,
@@ -49,37 +44,36 @@ def test_the_self_test_takes_those_of_the_file(compiled, precision):
     assert built.code == 0, built.output
 
 
-def test_they_are_in_a_struct_of_their_own(gcc):
-    unit = unit_of(PID, free=FREE)
-    header = c_source.header(unit)
-    assert "double pid_step(pid_state *state, const pid_params *params, double r, double y);" in header
-    assert "void pid_params_init(pid_params *params);" in header
-    assert "    double GE; // (0, 10]" in header
-    assert "// Free: GE, 0.7 in the rule file" in header
+def free(text, *names, target="c"):
+    return written(text, target, *(word for name in names for word in ("--free", name)))
+
+
+def test_they_are_in_a_struct_of_their_own_and_inputs_of_the_function_block():
+    header = free(PID, *FREE).files["pid.h"]
+    for line in (
+        "double pid_step(pid_state *state, const pid_params *params, double r, double y);",
+        "void pid_params_init(pid_params *params);",
+        "    double GE; // (0, 10]",
+        "// Free: GE, 0.7 in the rule file",
+    ):
+        assert line in header
     assert "// Param GE" not in header
-    assert [m for m, _ in CLayout(unit).members] == [m for m, _ in CLayout(unit_of(PID)).members]
-
-
-def test_they_are_inputs_of_the_function_block_with_the_numbers_of_the_file():
-    text = function_block(unit_of(PID, "st", free=FREE))
+    text = free(PID, *FREE, target="st").files["pid.st"]
     assert "  GE_fz : LREAL := 0.7;" in text[: text.index("VAR_OUTPUT")]
 
 
-def test_a_start_that_depends_on_one_is_refused():
-    text = "controller c\ninput x\nparam k = 1\nstate s = 2 * k\nnext s = k * x\noutput y = s\nevery 1 s\n"
-    with pytest.raises(CodegenError, match="the start of a state depends on a free number, one of k"):
-        unit_of(text, free=["k"])
-
-
-def test_a_number_of_samples_is_none():
-    text = "controller c\ninput x\nparam n = 5\noutput y = delay(x, n)\nevery 1 s\n"
-    with pytest.raises(ArgumentError, match="'n' cannot be free"):
-        unit_of(text, free=["n"])
-
-
-def test_a_name_that_the_controller_does_not_have_is_refused():
-    with pytest.raises(UnknownNameError, match="GU"):
-        unit_of(PID, free=["GU"])
+@pytest.mark.parametrize(
+    ("lines", "name", "words"),
+    [
+        ("param k = 1\nstate s = 2 * k\nnext s = k * x\noutput y = s", "k", "the start of a state depends on a free n"),
+        ("param n = 5\noutput y = delay(x, n)", "n", "'n' cannot be free"),
+        ("param k = 1\noutput y = k * x", "GU", "GU"),
+    ],
+)
+def test_a_number_that_cannot_be_free_is_refused(lines, name, words):
+    found = free(f"controller c\ninput x\n{lines}\nevery 1 s\n", name)
+    assert found.code != 0
+    assert words in " ".join(found.errors.split())
 
 
 def test_inputs_and_numbers_may_have_the_same_names(gcc, compiled):

@@ -83,6 +83,9 @@ TEXTS = {
     "clock": "controller clock\nstate phase = 0\nnext phase = where(phase >= 0.9, 0, phase + 0.1)\n"
     "output tick = phase\nevery 10 ms\n",
     "waits": "controller waits\ninput x in [-2, 2]\noutput y = delay(x, 30) + delay(x / 2, 3)\nevery 10 ms\n",
+    "chains": "controller chains\ninput x in [-2, 2]\nstate a = 0\nstate b = 0\nstate d = 0\nstate f = 0\n"
+    "state g = 1\nstate h = 1\nnext a = x\nnext b = a\nnext d = b\nnext f = d\nnext g = f\nnext h = g\n"
+    "output y = f + h\noutput z = g + a\noutput w = delay(delay(x, 3), 2)\nevery 1 s\n",
     "inner": "controller inner\ninput x\nparam k = 1\nstate s in [0, inf) = k\nnext s = 0.9 * s + 0.1 * abs(x)\n"
     "output y = k * s\ncontroller outer\ninput x in [-2, 2]\nblock a = inner(x)\nblock b = inner(a.y, k=2)\n"
     "output z = a.y + b.y\nevery 0.1 s\n",
