@@ -283,7 +283,7 @@ class TestSampleTimes:
             (
                 f"{SLOW}loop l\nblock slow = slow(t)\nrun 1 s step 15 ms\n",
                 "FZ702",
-                "block 'slow' runs every 0.02 s, which is no multiple of the step of 0.015 s",
+                "block 'slow' runs every 0.02 s, which is not a multiple of the step of 0.015 s",
             ),
             (driven(LAG, "1", "1 s"), "FZ702", "has no sample time"),
             (SLOWER, "FZ702", "step 0.01 s"),

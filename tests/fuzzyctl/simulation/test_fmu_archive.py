@@ -157,7 +157,7 @@ def test_a_file_that_is_no_archive_or_a_broken_one(archive, tmp_path):
     data = Path(archive({"modelDescription.xml": FMI2})).read_bytes()
     (tmp_path / "m.fmu").write_bytes(data.replace(b'"u"', b'"v"'))
     for name, words in {
-        "n": "no zip archive",
+        "n": "not a zip archive",
         "o": "there is no such file",
         "q": "not a regular file",
         "p": "no modelDescription.xml",
