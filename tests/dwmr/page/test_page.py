@@ -283,30 +283,8 @@ class TestReport:
         assert [p.name for p in tmp_path.iterdir()] == ["a.html"]
         assert '"name":"leader"' in (tmp_path / "a.html").read_text(encoding="utf-8")
 
-    @pytest.mark.parametrize(
-        ("arguments", "status", "words"),
-        [
-            (["papper"], 2, "did you mean 'paper'?"),
-            (["paper", "--controller", "pid"], 2, "'pid' is not one of"),
-            (["paper", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
-            (["paper", *SHORT, "-o", "{}/file/a.html"], 1, "cannot be written"),
-        ],
-    )
-    def test_refuses_mistakes_and_leaves_nothing(self, tmp_path, arguments, status, words):
+    def test_that_cannot_be_written_leaves_nothing(self, tmp_path):
         (tmp_path / "file").write_text("x", encoding="utf-8")
-        done = here("report", *(a.format(tmp_path) for a in arguments), status=status)
-        assert words in done.stderr
+        done = here("report", "paper", *SHORT, "-o", tmp_path / "file" / "a.html", status=1)
+        assert "cannot be written" in done.stderr
         assert [p.name for p in tmp_path.iterdir()] == ["file"]
-
-    def test_of_a_run_that_diverges_shows_how_far_it_went(self, tmp_path):
-        wild = ("--set", "disturbances.0.start=1", "--set", "disturbances.0.force=1e300", "--set", "run.horizon=5")
-        done = here("report", "paper", *wild, "-o", tmp_path / "a.html", status=1)
-        assert "warning: aifqsmc stopped at t = 1.005 s" in done.stderr
-        assert "aifqsmc: stopped at t = 1.005 s" in (tmp_path / "a.html").read_text(encoding="utf-8")
-
-    def test_of_huge_numbers_says_nothing_else(self, tmp_path):
-        done = here("report", "paper", "--set", "robots.leader.d=1e-300", "-o", tmp_path / "a.html", status=1)
-        assert done.stderr.splitlines() == [
-            "warning: aifqsmc stopped at t = 0.005 s: v_c is beyond 1e+12 m/s, "
-            "omega_c is beyond 1e+12 rad/s: the run diverged"
-        ]

@@ -119,8 +119,6 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("arguments", "status", "words"),
         [
-            (["papper"], 2, "did you mean 'paper'?"),
-            (["paper", "--controller", "smc,pid"], 2, "'pid' is not one of"),
             (["paper", "--runs", "0"], 2, "0 is not in the range"),
             (["paper", "paper"], 2, "'paper' is given twice"),
             (["paper", str(find("paper"))], 2, "paper.toml is given twice"),
@@ -130,8 +128,6 @@ class TestCommand:
                 1,
                 "name another file with -o FILE",
             ),
-            (["paper", "--set", "run.horizon"], 2, "expected key=value"),
-            (["paper", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
             (["paper", "-o", "table.xlsx"], 2, "neither in .csv nor in .parquet"),
             (["paper", "--vary", "nowhere.toml"], 2, "does not exist"),
         ],
