@@ -228,9 +228,7 @@ def test_bad_input_gets_a_clear_answer(tmp_path, case):
     assert list((tmp_path / "empty").iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    "command", ["run", "figures", "animate", "report", "compare", "check", "show"]
-)
+@pytest.mark.parametrize("command", ["run", "figures", "animate", "report", "compare", "check", "show"])
 def test_every_command_answers_mistakes_of_scenario_and_options_and_leaves_nothing(tmp_path, command):
     for arguments, status, words in (
         (["papper"], 2, "did you mean 'paper'?"),

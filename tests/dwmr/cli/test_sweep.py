@@ -118,19 +118,6 @@ class TestSweep:
         found = json.loads(here("sweep", one[0], "-o", tmp_path, *options).stdout)
         assert (found["runs"], found["stopped"], found["files"]) == (6, 0, ["results.csv", "sweep.json", "times.csv"])
 
-    def test_a_run_that_diverges_is_a_row_with_its_reason(self, tmp_path):
-        text = (
-            'scenario = "paper"\ncontrollers = ["smc"]\n[set]\n"run.horizon" = 3.0\n"disturbances.0.start" = 1.0\n'
-            '[grid]\n"disturbances.0.force" = [15.0, 1e300]\n'
-        )
-        (tmp_path / "spec.toml").write_text(text, encoding="utf-8")
-        done = here("sweep", tmp_path / "spec.toml", "-o", tmp_path / "out", "--jobs", "1")
-        assert "2 runs, 1 to the end, 1 stopped" in done.stdout
-        with (tmp_path / "out" / "results.csv").open(newline="") as file:
-            rows = list(csv.DictReader(file))
-        assert [row["stopped"] for row in rows] == ["false", "true"]
-        assert "not finite" in rows[1]["stop_reason"]
-
 
 #: The command, which prints "held" and waits for a line before it looks for outcomes for the (argument 1 + 1)th time.
 HELD = """

@@ -8,8 +8,8 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
+from dwmr import find, read
 from dwmr.figures import animation, film, panels
-from dwmr.scenario.file import find, read
 from tests.dwmr.process import dwmr, here
 
 SHORT = ("--set", "run.horizon=2")
@@ -83,6 +83,12 @@ class TestFilm:
         assert circle.get_radius() == pytest.approx(trajectory["avoidance_radius"][k, 0])
         assert circle.get_linewidth() == 2.0
         assert drawn._clock.get_text().split() == ["t", "=", f"{trajectory.t[k]:.1f}", "s"]
+
+    def test_labels_of_axes_lie_within_the_picture(self, made):
+        figure, axes = made[0].figure, made[0].axes
+        figure.draw_without_rendering()
+        across, up = (axis.label.get_window_extent() for axis in (axes.xaxis, axes.yaxis))
+        assert (figure.get_figwidth() < 6.5, up.x0 > 0.0, across.y0 > 0.0) == (True, True, True)
 
     def test_says_what_disturbs(self, made):
         drawn, _, _ = made

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dwmr import find, measure, read, simulate
 from dwmr.cli.run_options import Task, describe
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
@@ -18,10 +19,8 @@ from dwmr.figures.panels import BODIES
 from dwmr.page import plots
 from dwmr.page.document import page, script, setting_rows
 from dwmr.results import derived
-from dwmr.results.metrics import measure
-from dwmr.scenario.file import find, read
-from dwmr.simulation import simulate
 from tests.dwmr.process import here, in_short
+from tests.dwmr.scenarios import shared
 
 SHORT = ("--set", "run.horizon=2")
 EVIL = "<script>alert(1)</script>"
@@ -130,15 +129,6 @@ class TestPage:
         assert '<td class="n">0.5399</td>' in text
         assert [plot["bars"] for plot in data(text)[:2]] == [[], [[40.0, 160.0]]]  # the load
 
-    def test_of_another_run_says_why_the_paper_is_left_out(self, run_paper):
-        file, trajectory = run_paper("smc", "run.horizon=200", "robots.leader.mass=121")
-        text = written(file, [trajectory])
-        assert "beside Table 12 of the paper" not in text
-        assert "Table 12 is left out, it speaks of another run: robots.leader.mass is not" in text
-
-    def test_of_a_short_run_is_not_compared_with_the_paper(self, short):
-        assert "0.5399" not in short
-
     def test_names_files_settings_and_versions(self, short):
         assert re.search(r'<th scope="row">scenario</th><td>paper.toml</td><td>[0-9a-f]{64}</td>', short)
         assert "<code>run.horizon=5</code>" in short
@@ -151,22 +141,13 @@ class TestPage:
         text = text.replace('leader = "leader"', f'leader = "{EVIL}"').replace('name = "paper"', f'name = "{EVIL}"')
         (tmp_path / "evil.toml").write_text(text, encoding="utf-8")
         file = read(tmp_path / "evil.toml", ["run.horizon=1"])
-        rules = Rules(file.scenario.rules, (), file.places)
-        shown = written(file, [simulate.run(simulate.prepare(file, "aifqsmc", rules))], [EVIL])
+        shown = written(file, [simulate(file, "aifqsmc")], [EVIL])
         assert EVIL not in shown
         assert "&lt;script&gt;alert(1)" in shown
         assert EVIL in panels(shown, "Paths")[1]
-        usual = Elements(written(read(find("paper"), ["run.horizon=1"]), [_run("aifqsmc")])).found
+        file, trajectory = shared("paper", "aifqsmc", "run.horizon=1")
+        usual = Elements(written(file, [trajectory])).found
         assert [tag for tag, _ in Elements(shown).found].count("script") == [tag for tag, _ in usual].count("script")
-
-
-def _one_law():
-    return read(find("paper"), ["run.horizon=1"]), [_run("smc")]
-
-
-def _run(law):
-    file = read(find("paper"), ["run.horizon=1"])
-    return simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, (), file.places)))
 
 
 class TestPlots:
@@ -216,7 +197,8 @@ class TestPlots:
                     assert low < centre - radius < centre + radius < high
 
     def test_no_two_lines_look_the_same(self, short):
-        for text in (short, written(*_one_law())):
+        file, trajectory = shared("paper", "smc", "run.horizon=1")
+        for text in (short, written(file, [trajectory])):
             found = data(text)
             for plot in found:
                 looks = [(one["colour"], one["dash"]) for one in plot["series"]]
@@ -228,7 +210,6 @@ class TestPlots:
             ("Velocities", "v [m/s]", "leader", False, "v"),
             ("Velocities", "ω [rad/s]", "leader", True, "omega_c"),
             ("Sliding variables and gains", "sigma_v [m]", "follower1", False, "sigma_v"),
-            ("Sliding variables and gains", "sigma_omega [rad]", "follower1", False, "sigma_omega"),
             ("Sliding variables and gains", "k_h_v [m/s]", "leader", False, "k_h_v"),
         ],
     )

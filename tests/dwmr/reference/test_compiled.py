@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dwmr import find, read
 from dwmr.reference.prepared import CURVES
-from dwmr.scenario.file import find, read
 from dwmr.simulation.periods import PATHS
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl import DiagnosticError
 
 eight = PATHS["eight"]
 SHAPE = np.array([15.0, 15.0, 200.0, 2.0, 1.0])

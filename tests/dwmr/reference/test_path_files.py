@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from dwmr import find, read
 from dwmr.reference.path_files import LARGEST_PATH, read_rows
-from dwmr.scenario.file import find, read
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl import DiagnosticError
 
 
 def mistakes(text):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from dwmr import find, read
 from dwmr.core.interfaces import Signal
 from dwmr.results.lyapunov import LAST_PART, SIGNALS, drift, measure, signals, surrogate
 from dwmr.results.metrics import measure as measure_all
-from dwmr.scenario.file import find, read
 from dwmr.simulation.simulate import COLUMNS, Trajectory
 from dwmr.simulation.simulate import SIGNALS as LOOP_SIGNALS
 

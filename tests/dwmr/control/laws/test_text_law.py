@@ -7,16 +7,14 @@ import numpy as np
 import pytest
 
 import fuzzyctl
+from dwmr import read
 from dwmr.cli.run_options import Task, describe
 from dwmr.control import law_text
 from dwmr.control.fuzzy_gains import Rules
-from dwmr.core.jit import COMPILED
-from dwmr.scenario.file import read
 from dwmr.simulation import preflight, simulate
 from dwmr.sweep.robots import Robots
-from fuzzyctl import Controller, Proved, load
+from fuzzyctl import Controller, DiagnosticError, Proved, load
 from fuzzyctl.analysis.verdicts import Undecided, Verdicts
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from tests.dwmr.process import in_short
 
 LAW = """controller mine "Proportional control with a slow integral"
@@ -65,13 +63,6 @@ def run(scenario, *overrides):
 
 
 class TestColumns:
-    def test_are_those_of_the_data(self):
-        from dwmr.plant import vehicles
-        from dwmr.simulation.loop import SIGNALS
-
-        recorded = {s.name for s in (*SIGNALS, *vehicles.SIGNALS)} - {*law_text.COMMANDS}
-        assert set(law_text.COLUMNS) == recorded | {"t", "controller", "robot"}
-
     @pytest.mark.parametrize("name", ["v", "t"])
     def test_keep_their_names(self, beside, name):
         with pytest.raises(DiagnosticError) as caught:
@@ -113,19 +104,6 @@ class TestRun:
         assert own["slow"][0].tolist() == [0.0, 0.25, 0.0]
         difference = own["v_c"][0] - text["v_c"][0]
         assert difference == pytest.approx(0.5 * text["x_e"][0] + np.array([0.0, 0.25, 0.0]))
-
-    @pytest.mark.skipif(not COMPILED, reason="needs numba")
-    def test_computes_the_same_without_the_compiler(self, beside):
-        usual = run(beside())
-        controller = load(beside().with_name("mine.fz"), block=Controller)
-        step = law_text.compiled(controller, "python")
-        state = step.start()
-        (v_c, *_), _ = step(*([0.25] * len(law_text.OFFERED)), state, dt=0.005)
-        assert v_c == 0.25 + 0.5 * 0.25
-        assert usual.law_values.shape == (201, 3, 1)
-
-    def test_without_params_and_states_it_runs(self, beside):
-        assert run(beside("controller mine\ninput x_e\noutput v_c = x_e\noutput omega_c = 0\n")).stop is None
 
     def test_a_number_that_sets_how_many_states_there_are_is_compiled_in(self, beside):
         text = LAW.replace("k * x_e + slow", "k * delay(x_e, n) + slow").replace("param k", "param n = 2\nparam k")
@@ -216,14 +194,6 @@ class TestVarying:
         assert [type(v) for v in first] == [Proved, Proved]
         assert assembled.proved({"k": 4.0, "start": 0.0}) is first
         assert assembled.proved({"k": 4.0, "start": 0.5}) is not first
-
-
-def test_a_sweep_knows_the_text_of_its_law(beside):
-    robots = Robots()
-    before = robots.check(read(beside()), ["mine"])
-    after = Robots().check(read(beside(LAW.replace("0.6 * y_e", "0.7 * y_e"))), ["mine"])
-    assert list(before) == ["law/mine.fz"]
-    assert before["law/mine.fz"].sha256 != after["law/mine.fz"].sha256
 
 
 def test_a_sweep_is_not_resumed_after_its_law_changed_and_keeps_what_it_has(beside, tmp_path):
