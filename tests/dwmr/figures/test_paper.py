@@ -13,7 +13,7 @@ from dwmr.figures import panels, paper
 from dwmr.figures.animation import body
 from dwmr.results import derived
 from dwmr.results.metrics import distances, measure
-from dwmr.simulation.loop import COLUMNS
+from dwmr.simulation.simulate import COLUMNS
 
 BY_NUMBER = {figure.number: figure for figure in paper.FIGURES}
 #: A run short enough to be drawn sample by sample, with an obstacle that is avoided.

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from dwmr import find, read
-from dwmr.core.interfaces import Signal
 from dwmr.results.lyapunov import LAST_PART, SIGNALS, drift, measure, signals, surrogate
 from dwmr.results.metrics import measure as measure_all
-from dwmr.simulation.simulate import COLUMNS, Trajectory
+from dwmr.simulation.simulate import COLUMNS, Signal, Trajectory
 from dwmr.simulation.simulate import SIGNALS as LOOP_SIGNALS
 
 SCENARIO = read(find("paper-with-limits")).scenario

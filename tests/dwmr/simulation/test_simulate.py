@@ -9,7 +9,6 @@ import pytest
 from dwmr.control.formation import follower_auxiliary_rate
 from dwmr.core.jit import COMPILED
 from dwmr.simulation import simulate
-from dwmr.simulation.loop import run_periods
 from tests.dwmr.process import LONG
 from tests.dwmr.scenarios import DIVERGES, PAPER, edited_rules, run
 
@@ -107,11 +106,11 @@ class TestRun:
 @pytest.mark.skipif(not COMPILED, reason="needs numba")
 def test_the_loop_is_not_compiled_again_for_another_rule_file(tmp_path, run_paper):
     usual = run_paper("aifqsmc", "run.horizon=1")[1]
-    before = len(run_periods.nopython_signatures)
+    before = len(simulate.loop.run_periods.nopython_signatures)
     edited_rules(tmp_path, "ais_reaction.fz", ("ZO |  ZO  PS  PM  PS  ZO", "ZO |  ZO  PS  NS  PS  ZO"))
     changed = run("paper", "aifqsmc", "run.horizon=1", folders=(tmp_path,))
     assert not np.array_equal(changed.values, usual.values)
-    assert len(run_periods.nopython_signatures) == before
+    assert len(simulate.loop.run_periods.nopython_signatures) == before
 
 
 @pytest.mark.parametrize("limit", ["omega_limit", "v_limit"])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from dwmr import find
-from dwmr.scenario.file import read as read_scenario
+from dwmr import read as read_scenario
 from dwmr.sweep.robots import Robots, read_spec, unit_of
 from fuzzyctl import DiagnosticError
 from fuzzyctl.experiments import sweep_plan, sweep_workers
