@@ -10,7 +10,7 @@ from hypothesis.extra import numpy as hnp
 
 from dwmr.output import data
 from dwmr.output.data import Data, save, signals_of
-from dwmr.results import lyapunov
+from dwmr.results.metrics import lyapunov
 from dwmr.simulation.simulate import Signal
 from fuzzyctl.experiments import parquet
 
