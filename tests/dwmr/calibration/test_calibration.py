@@ -14,7 +14,7 @@ from fuzzyctl.experiments import sweep_workers
 from tests.dwmr.process import interrupted_by_a_worker_that_starts
 
 PERFECT = dict.fromkeys(ENTRIES, 1.0)
-SHORT = 'extends = "paper"\nname = "short"\n\n[run]\nhorizon = 4.0\n'
+SHORT = 'extends = "paper"\nname = "short"\n\n[run]\nhorizon = 1.0\n'
 NAMES = ("constant_v", "sinusoid_v")
 START = {"constant_v": 0.2, "sinusoid_v": 0.2}
 

@@ -3,7 +3,7 @@ import pytest
 from tests.dwmr.process import dwmr, here
 from tests.physics import needs_mujoco
 
-SHORT = ("--set", "run.horizon=2")
+SHORT = ("--set", "run.horizon=0.5")
 
 
 @pytest.fixture(scope="module")

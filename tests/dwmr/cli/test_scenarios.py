@@ -45,12 +45,13 @@ class TestNew:
         assert dwmr("new", "mine", "--from", "csv-path", "--force")[0] == 0
         assert sorted(p.name for p in tmp_path.iterdir()) == ["mine.csv", "mine.toml"]
 
-    def test_copies_the_rule_files_that_other_commands_take(self, dwmr, tmp_path):
-        status, said, _ = dwmr("new", "--rules", "mine", "--from", "ackermann")
+    @pytest.mark.parametrize("base", ["paper", pytest.param("ackermann", marks=pytest.mark.long)])
+    def test_copies_the_rule_files_that_other_commands_take(self, dwmr, tmp_path, base):
+        status, said, _ = dwmr("new", "--rules", "mine", "--from", base)
         assert (status, said.count("wrote mine/")) == (0, len(list((tmp_path / "mine").iterdir())))
         for path in (tmp_path / "mine").iterdir():
             assert path.read_bytes() == (rules_folder() / path.name).read_bytes()
-        assert dwmr("check", "ackermann", "--rules", "mine")[0] == 0
+        assert dwmr("check", base, "--rules", "mine")[0] == 0
         status, _, said = dwmr("new", "other", "--rules", "mine")
         assert (status, "smc.fz exists" in said, (tmp_path / "other.toml").exists()) == (1, True, False)
         assert "name another folder with --rules DIR, or replace it with --force" in said

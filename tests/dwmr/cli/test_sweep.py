@@ -34,7 +34,7 @@ measures = ["rmse", "centre_distance", "robot_gap", "obstacles_hit", "robots_hit
 SAME = ("results.csv", "results.parquet", "sweep.json")
 
 
-def spec(folder, runs=6, horizon=4.0, text=SPEC):
+def spec(folder, runs=6, horizon=1.0, text=SPEC):
     path = folder / "spec.toml"
     path.write_text(text.format(runs=runs, horizon=horizon), encoding="utf-8")
     return path
@@ -83,7 +83,7 @@ class TestSweep:
         with (one[1] / "results.csv").open(newline="") as file:
             row = list(csv.DictReader(file))[3]
         values = [f"--set={key}={row[key]}" for key in row if key.startswith(("robots.", "disturbances.", "run.seed"))]
-        here("run", "paper", "--set", "run.horizon=4.0", *values, "-o", tmp_path)
+        here("run", "paper", "--set", "run.horizon=1.0", *values, "-o", tmp_path)
         found = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["controllers"]["aifqsmc"]
         assert found["rmse"]["follower2"]["x_e"] == float(row["rmse.follower2.x_e"])
         assert found["drift"]["leader"]["k_h_v"]["growth"] == float(row["drift.leader.k_h_v.growth"])
