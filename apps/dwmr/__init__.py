@@ -1,1 +1,31 @@
-"""Formation of differential-drive robots under sliding mode control, after Goto, Bertol and Martins."""
+"""Formation of differential-drive robots under sliding mode control, after Goto, Bertol and Martins.
+
+`read`, `simulate` and `measure` run a scenario from Python. `import dwmr` loads nothing heavy.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from dwmr.control.fuzzy_gains import Known
+    from dwmr.results.metrics import measure
+    from dwmr.scenario.file import find, read
+    from dwmr.simulation.simulate import simulate
+
+_HOMES = {
+    "Known": "dwmr.control.fuzzy_gains",
+    "find": "dwmr.scenario.file",
+    "measure": "dwmr.results.metrics",
+    "read": "dwmr.scenario.file",
+    "simulate": "dwmr.simulation.simulate",
+}
+
+__all__ = ["Known", "find", "measure", "read", "simulate"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'dwmr' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)

@@ -7,8 +7,6 @@ import ast
 import re
 from pathlib import Path
 
-import pytest
-
 from tests.shipped import LAWS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -62,21 +60,6 @@ def rows():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         if len(cells) == 3 and cells[0].startswith("("):
             yield numbers(f"Eqs. {cells[0]}"), cells[2]
-
-
-class TestNumbers:
-    @pytest.mark.parametrize(
-        ("text", "found"),
-        [
-            ("Goto, Eq. (7).", {7}),
-            ("Eqs. (4)-(6), (72) for", {4, 5, 6, 72}),
-            ("Eqs. (21),\n    (22)", {21, 22}),
-            ("Eqs. (10) and (23); Eq. (3)", {3, 10, 23}),
-            ("Table (4), section 7", set()),
-        ],
-    )
-    def test_reads_lists_and_ranges(self, text, found):
-        assert numbers(text) == found
 
 
 class TestDocstrings:

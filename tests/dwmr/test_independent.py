@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from dwmr.scenario.file import find, read
+from dwmr import find, read
 from tests import sizes
 
 #: Length of the run [s]; what acts from 3 to 20 s begins within the shorter one, too.

@@ -4,13 +4,11 @@ import re
 
 import pytest
 
+from dwmr import find, read
 from dwmr.calibration import parameters
-from dwmr.control.fuzzy_gains import Rules
-from dwmr.results.metrics import measure
 from dwmr.results.paper_tables import TABLE_12, TABLE_13
-from dwmr.scenario.file import find, read
-from dwmr.simulation import simulate
 from tests import explanation
+from tests.dwmr.scenarios import measured as measured_run
 
 PAGE = explanation.text("reproduction.md")
 NAMES = ("x_e", "y_e", "theta_e")
@@ -99,9 +97,7 @@ def test_what_the_ratios_measure_is_what_the_script_gives():
 
 
 def test_table_13_is_what_the_undisturbed_run_gives():
-    file = read(find("undisturbed"))
-    rules = Rules(file.scenario.rules, file.folders, file.places)
-    found = measure(simulate.run(simulate.prepare(file, "aifqsmc", rules)), file.scenario)["rmse"]
+    found = measured_run("undisturbed", "aifqsmc")["rmse"]
     table = rows("Table 13", 10)
     assert len(table) == 3
     for robot, *numbers in table:
@@ -126,11 +122,7 @@ def test_the_chosen_reading_and_those_beside_it_are_as_near_as_the_table_says():
         "paper", "paper-constant-gain", "paper-ideal-loop", "paper-with-limits",
     ]  # fmt: skip
     for name, *_, near, nearly, span, order in table:
-        file = read(find(name.strip("`")))
-        found = {}
-        for law in ("aifqsmc", "fcafsmc"):
-            rules = Rules(file.scenario.rules, file.folders, file.places)
-            found[law] = measure(simulate.run(simulate.prepare(file, law, rules)), file.scenario, ("rmse",))["rmse"]
+        found = {law: measured_run(name.strip("`"), law)["rmse"] for law in ("aifqsmc", "fcafsmc")}
         ratios = [
             found[law][robot][name] / wanted
             for law in found for robot, row in TABLE_12[law].items() for name, wanted in row.items()

@@ -5,9 +5,9 @@ import io
 import pytest
 from rich.console import Console
 
+from dwmr import find, read
 from dwmr.output.report import print_report
 from dwmr.results.paper_tables import beside, differences
-from dwmr.scenario.file import find, read
 
 
 def paper(*overrides):
@@ -40,7 +40,6 @@ class TestTable12:
             ("obstacles=[]", "obstacles are"),
             ("robots.leader.x_0=0", "robots.leader.x_0 is"),
             ("robots.follower1.formation.separation=1.3", "robots.follower1.formation is"),
-            ("disturbances.0.v=0.2", "disturbances are"),
             ("load.mass_factor=1", "load is"),
             ("formation.leader_velocity=wheels", "formation is"),
             ("run.horizon=300", "run.horizon is"),
@@ -81,7 +80,7 @@ class TestTable12:
 
 
 class TestTerminal:
-    @pytest.mark.parametrize("name", ["r[/red]", "[bold]r", "r[link=x]"])
+    @pytest.mark.parametrize("name", ["r[/red]", "[bold]r"])
     def test_shows_names_of_robots_as_they_are(self, name):
         assert printed(robot=name, number=None).count(name) == 4
 

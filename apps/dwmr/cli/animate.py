@@ -90,8 +90,8 @@ def animate(
 ) -> None:
     """Show a run of SCENARIO, a shipped name or a TOML file, as moving pictures.
 
-    Bodies with headings and trails, crosses where they should be, obstacles with the radius within which they are
-    avoided.
+    It shows bodies with headings and trails, a cross at each reference position, and obstacles with the radius of
+    avoidance.
     """
     _check_film(path, fps, at)
     with mistakes_as_diagnostics("text"), terminated_as_interrupted():

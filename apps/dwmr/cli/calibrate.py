@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     "names",
     metavar="NAMES",
     show_default="amplitudes and partition",
-    help="Parameters to fit, such as constant_v,half_width; a word that is none lists them.",
+    help="Parameters to fit, such as constant_v,half_width; an unknown name lists all.",
 )
 @click.option(
     "--evaluations",
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     metavar="N",
     help="About how many sets of values to run.",
 )
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, metavar="S", help="Of the search.")
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, metavar="S", help="Seed of the search.")
 @click.option(
     "--jobs",
     type=click.IntRange(1, 256),

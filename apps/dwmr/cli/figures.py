@@ -41,8 +41,8 @@ def figures(
 ) -> None:
     """Draw the counterparts of the paper's figures for SCENARIO, a shipped name or a TOML file.
 
-    They are Figs. 8 to 28, and of rigid bodies Figs. 29 to 39. Each figure is drawn from a run under its own control
-    law; index.md says what it shows.
+    These are Figs. 8 to 28, or Figs. 29 to 39 for rigid bodies. Each figure is drawn from a run under its own control
+    law; index.md describes it.
     """
     with mistakes_as_diagnostics("text"), terminated_as_interrupted():
         task = run_options.read(scenario, rules_folder, overrides)

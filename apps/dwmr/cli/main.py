@@ -10,16 +10,16 @@ from fuzzyctl.cli.streams import Program
 
 #: By name of a command its module, its function there, and its line in the list of commands.
 COMMANDS: Final = {
-    "show": ("dwmr.cli.scenarios", "show", "Print what a scenario says, or list the shipped ones."),
+    "show": ("dwmr.cli.scenarios", "show", "Print a summary of a scenario, or list the shipped ones."),
     "new": ("dwmr.cli.scenarios", "new", "Write a scenario to start from."),
     "check": ("dwmr.cli.scenarios", "check", "Find the mistakes of scenarios and their rule files."),
     "run": ("dwmr.cli.run", "run", "Run a scenario and write the results to a folder."),
     "figures": ("dwmr.cli.figures", "figures", "Draw the counterparts of the paper's Figures 8 to 39."),
     "animate": ("dwmr.cli.animate", "animate", "Show a run as moving pictures, GIF or MP4."),
     "report": ("dwmr.cli.run", "report", "Write one HTML page with tables and interactive plots."),
-    "calibrate": ("dwmr.cli.calibrate", "calibrate", "Fit what the paper does not print to its Table 12."),
-    "compare": ("dwmr.cli.repetitions", "compare", "Put control laws side by side, with confidence intervals."),
-    "sweep": ("dwmr.cli.repetitions", "sweep", "Run a scenario many times with values that vary."),
+    "calibrate": ("dwmr.cli.calibrate", "calibrate", "Fit values that the paper does not print to its Table 12."),
+    "compare": ("dwmr.cli.repetitions", "compare", "Compare control laws, with confidence intervals."),
+    "sweep": ("dwmr.cli.repetitions", "sweep", "Run a scenario many times with varied values."),
 }
 
 
@@ -34,19 +34,19 @@ def main() -> None:
 
     \b
     dwmr show                            the shipped scenarios
-    dwmr show paper                      what one of them holds
+    dwmr show paper                      a summary of one
     dwmr new mine                        a scenario of your own
-    dwmr check mine.toml                 its mistakes
+    dwmr check mine.toml                 list its mistakes
     dwmr run paper                       the paper's run
-    dwmr run paper --controller all      all control laws beside Table 12
+    dwmr run paper --controller all      all control laws, compared with Table 12
     dwmr new --rules my-rules            rule files of your own
-    dwmr run paper --rules my-rules      the same with those
+    dwmr run paper --rules my-rules      the same run with these
     dwmr run paper --set rules.ais_reaction.k_s=0.5 --set run.horizon=60
     dwmr figures paper -o figures        counterparts of Figs. 8 to 28
-    dwmr figures experiment -o figures   those of Figs. 29 to 39
+    dwmr figures experiment -o figures   counterparts of Figs. 29 to 39
     dwmr animate paper -o run.gif        the run as moving pictures
     dwmr report paper --controller all   tables and plots on one HTML page
-    dwmr calibrate paper -o fitted.toml  what is not printed, fitted to Table 12
+    dwmr calibrate paper -o fitted.toml  unpublished values, fitted to Table 12
     dwmr compare paper --runs 20         laws with confidence intervals
     dwmr sweep spec.toml                 many runs, on all processors
     """

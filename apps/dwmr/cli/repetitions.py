@@ -48,14 +48,14 @@ if TYPE_CHECKING:
     default="all",
     help=f"Control laws, separated by commas; several at once: {', '.join(controllers.GROUPS)}.",
 )
-@click.option("--runs", type=click.IntRange(1, 100_000), metavar="N", default=1, help="Repetitions, which vary.")
-@click.option("--seed", type=click.IntRange(0, 2**63 - 1), metavar="N", default=0, help="Of everything that is drawn.")
+@click.option("--runs", type=click.IntRange(1, 100_000), metavar="N", default=1, help="Repetitions with varied values.")
+@click.option("--seed", type=click.IntRange(0, 2**63 - 1), metavar="N", default=0, help="Seed of all random draws.")
 @click.option(
     "--vary",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     metavar="SPEC",
     show_default="masses, starts and disturbances, by about a tenth",
-    help="A SPEC of dwmr sweep whose [random] says what varies.",
+    help="SPEC of dwmr sweep; its [random] gives the variation.",
 )
 @run_options.rules_option
 @run_options.set_option

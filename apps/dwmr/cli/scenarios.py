@@ -34,10 +34,11 @@ if TYPE_CHECKING:
 @run_options.set_option
 @run_options.format_option
 def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, ...], style: str) -> None:
-    """Print what SCENARIO says on one page; without SCENARIO, the shipped scenarios and control laws.
+    """Print a summary of SCENARIO on one page; without SCENARIO, list the shipped scenarios and control laws.
 
-    Shown are the formation, the path with its length and speeds, how far the obstacles are from it, the disturbances in
-    the order of time, the gains of the control laws, and what is proved of the rule files. Nothing is simulated.
+    The summary has the formation, the path with its length and speeds, the distances of obstacles from it, the
+    disturbances in the order of time, the gains of the control laws, and the proved bounds of the rule files. Nothing
+    is simulated.
     """
     from dwmr.scenario import overview
 
@@ -211,7 +212,7 @@ def _rules(rules: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
 def check(scenarios: tuple[str, ...], rules_folder: Path | None, overrides: tuple[str, ...], style: str) -> None:
     """Check SCENARIOs, shipped names or TOML files, and their rule files; nothing is simulated.
 
-    The rule files of all control laws that a scenario has gains for are read, and what those laws rely on is proved.
+    The rule files of all control laws that a scenario has gains for are read, and their guarantees are proved.
     """
     reported: list[Diagnostic] = []
     for scenario in scenarios:

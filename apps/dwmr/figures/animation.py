@@ -24,6 +24,8 @@ SIZE = 720
 #: Left and lower edge, width and height of the panel, as shares of the picture.
 PANEL = (0.09, 0.1, 0.88, 0.82)
 DPI = 100
+#: The least width left of the panel, for the label and the numbers of its axis [in].
+MARGIN = 0.64
 #: Colour behind the words about disturbances.
 NOTE = "#f0e442"
 #: Colours that a picture may hold and the first one need not: a palette must have them.
@@ -103,8 +105,11 @@ class Film:
         ratio = min(max(up / across * PANEL[2] / PANEL[3], 0.6), 1.4)
         width, height = (SIZE, SIZE * ratio) if ratio <= 1.0 else (SIZE / ratio, SIZE)
         self.figure.set_size_inches(2 * round(width / 2) / DPI, 2 * round(height / 2) / DPI)
+        left = max(PANEL[0], MARGIN / self.figure.get_figwidth())
+        panel = (left, PANEL[1], PANEL[0] + PANEL[2] - left, PANEL[3])
+        self.axes.set_position(panel)
         # one metre is as long in both directions when the limits have the shape of the panel
-        shape = self.figure.get_figheight() * PANEL[3] / (self.figure.get_figwidth() * PANEL[2])
+        shape = self.figure.get_figheight() * panel[3] / (self.figure.get_figwidth() * panel[2])
         across, up = max(across, up / shape), max(up, across * shape)
         middle, axes = (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])), self.axes
         axes.set(xlim=(middle[0] - 0.5 * across, middle[0] + 0.5 * across), xlabel="x [m]")

@@ -133,7 +133,7 @@ def derivative(
 
     Args:
         state: State of the robot.
-        command_right, command_left: Wheel torques asked of the actuators [N m].
+        command_right, command_left: Commanded wheel torques [N m].
         robot: Record of dtype `ROBOT`.
         shape: Its body under the present load.
         now: Sum of the disturbances on this robot.

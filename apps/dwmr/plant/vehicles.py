@@ -166,7 +166,7 @@ def _advance_car(
 
 @compiled
 def _steered(first: float, way: float, rate: float, since: float) -> tuple[float, float]:
-    """Return a steering angle and its rate some time after a way was asked of it [rad, rad/s]."""
+    """Return a steering angle and its rate some time after a change was commanded [rad, rad/s]."""
     if abs(rate) * since < abs(way):
         return first + rate * since, rate
     return first + way, 0.0
@@ -184,7 +184,7 @@ def car_derivative(
 
     Args:
         s: State.
-        right, left: Torques asked of the rear wheels [N m].
+        right, left: Commanded torques of the rear wheels [N m].
         angle, rate: Steering angle δ of the wheel in the middle of the front axle, and its rate [rad, rad/s].
         wheelbase: L [m].
         robot, shape, now: As for `robot.derivative`.

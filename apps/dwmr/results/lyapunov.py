@@ -2,7 +2,7 @@
 
 Everything follows from the recorded signals. d̃_0 of the paper, the effect of all uncertainties and disturbances
 on the kinematics, is here what it is there (section 3.2): the difference between the velocities with which a robot
-really moves and those its control law asked for. With it Eqs. (14) and (26) are identities, and not only bounds: the
+really moves and those its control law commands. With it Eqs. (14) and (26) are identities, and not only bounds: the
 derivative of V along the recorded run, except during avoidance. There the reference's position goes on along the path
 while the error dynamics of Eq. (6) take the slower reference of Eq. (71) for it, so V may grow where its derivative as
 printed is negative; `measure` counts both.
@@ -36,8 +36,8 @@ SIGNALS = (
     Signal("surface_omega", "rad", "sliding variable σ_ω before its transformation, Eq. (7)"),
     Signal("switching_v", "m/s", "sliding mode portion of the control law, v channel"),
     Signal("switching_omega", "rad/s", "sliding mode portion of the control law, omega channel"),
-    Signal("d_0_v", "m/s", "d̃_0: velocity of the robot less the one asked for"),
-    Signal("d_0_omega", "rad/s", "d̃_0: angular velocity of the robot less the one asked for"),
+    Signal("d_0_v", "m/s", "d̃_0: velocity of the robot minus the commanded one"),
+    Signal("d_0_omega", "rad/s", "d̃_0: angular velocity of the robot minus the commanded one"),
     Signal("V_10", _V, "Lyapunov function of Eq. (10)"),
     Signal("V_dot_10", _RATE, "its derivative, Eq. (14)"),
     Signal("V_23", _V, "Lyapunov function of Eq. (23)"),

@@ -124,8 +124,8 @@ class Actuator(Section):
 
     lag: float = quantity("time constant of the torques", "s", ge=0.001)
     torque_limit: float = quantity("largest torque of one wheel", "N m", gt=0)
-    v_limit: float = quantity("largest linear velocity asked of the inner loop", "m/s", gt=0)
-    omega_limit: float = quantity("largest angular velocity asked of the inner loop", "rad/s", gt=0)
+    v_limit: float = quantity("largest linear velocity that the inner loop is commanded", "m/s", gt=0)
+    omega_limit: float = quantity("largest angular velocity that the inner loop is commanded", "rad/s", gt=0)
 
 
 class InnerLoop(Section):

@@ -41,10 +41,10 @@ SIGNALS = (
     Signal("theta_r_star", "rad", "auxiliary reference orientation"),
     Signal("x_e", "m", "longitudinal error in the robot's frame"),
     Signal("y_e", "m", "lateral error in the robot's frame"),
-    Signal("v_c", "m/s", "linear velocity asked for, before its limit"),
-    Signal("omega_c", "rad/s", "angular velocity asked for, before its limit"),
-    Signal("torque_right", "N m", "torque asked of the right wheel"),
-    Signal("torque_left", "N m", "torque asked of the left wheel"),
+    Signal("v_c", "m/s", "commanded linear velocity, before its limit"),
+    Signal("omega_c", "rad/s", "commanded angular velocity, before its limit"),
+    Signal("torque_right", "N m", "commanded torque of the right wheel"),
+    Signal("torque_left", "N m", "commanded torque of the left wheel"),
     Signal("d_v", "m/s", "velocity-equivalent disturbance"),
     Signal("d_omega", "rad/s", "velocity-equivalent disturbance"),
     Signal("obstacle", "-", "index of the obstacle being avoided, -1 for none"),
@@ -96,7 +96,7 @@ class Memory(NamedTuple):
         sides: Latched sides of avoidance, shape (n, a).
         law: States of the control law, shape (n, s).
         next_law: The same after the period.
-        torques: Torques asked of the right and left wheel, shape (n, 2) [N m].
+        torques: Commanded torques of the right and left wheel, shape (n, 2) [N m].
     """
 
     plant: FloatArray

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from dwmr.control import laws as controllers
-from dwmr.control.fuzzy_gains import Rules
+from dwmr.control.fuzzy_gains import Known, Rules
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.core.arrays import FloatArray
@@ -25,7 +25,7 @@ from dwmr.simulation.faults import LARGEST, NOT_FINITE, TOO_LARGE
 from dwmr.simulation.loop import COLUMNS, SIGNALS
 from dwmr.simulation.mujoco_plant import MujocoPlant
 from dwmr.simulation.periods import Periods, Simulation
-from dwmr.simulation.preflight import settings_of
+from dwmr.simulation.preflight import check, settings_of
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.experiments.scenario_keys import Places
 
@@ -360,3 +360,23 @@ def reason_of(fault: int, row: FloatArray, module: Any) -> str:
         return str(module.FAULTS[fault])
     bad = [s.name for s, value in zip(SIGNALS, row, strict=True) if not np.isfinite(value)]
     return f"{', '.join(bad) or 'state'} is not finite: the run diverged"
+
+
+def simulate(
+    file: ScenarioFile, controller: str = "", folders: Sequence[Path] = (), known: Known | None = None
+) -> Trajectory:
+    """Prove the rule files and the control law of a scenario, and run it.
+
+    Args:
+        file: The scenario, from `dwmr.read`.
+        controller: Name of the control law; the scenario's own by default.
+        folders: Folders whose rule files replace those of the same name.
+        known: Proofs and compiled code to share with other runs.
+
+    Raises:
+        DiagnosticError: For a mistake in a rule file or in the control law.
+    """
+    name = controller or file.scenario.run.controller
+    rules = Rules(file.scenario.rules, (*folders, *file.folders), file.places, known)
+    check(file, [name], rules)
+    return run(prepare(file, name, rules))

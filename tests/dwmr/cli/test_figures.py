@@ -3,7 +3,7 @@ import pytest
 from tests.dwmr.process import dwmr, here
 from tests.physics import needs_mujoco
 
-SHORT = ("--set", "run.horizon=2")
+SHORT = ("--set", "run.horizon=0.5")
 
 
 @pytest.fixture(scope="module")
@@ -42,8 +42,6 @@ class TestFigures:
             (["paper", "--only", "eight"], 2, "'eight' is not a number"),
             (["paper", "--format", "bmp"], 2, "'bmp' is not one of"),
             (["paper", "--only", "29"], 1, "figure 29 is left out: it shows rigid bodies"),
-            (["papper"], 2, "did you mean 'paper'?"),
-            (["paper", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
             (["paper", "--set", "obstacles=[]", "--only", "14-17"], 1, "the scenario has none of these figures"),
             (["paper", "--set", "rules.ais_reaction.k_s=0.6"], 1, "G_AIS > 0 is not guaranteed"),
         ],
@@ -59,9 +57,3 @@ class TestFigures:
         assert (done.stderr, sorted(p.name for p in tmp_path.glob("*.png"))) == ("", ["fig29.png", "fig39.png"])
         text = (tmp_path / "index.md").read_text(encoding="utf-8")
         assert "# Fig. 39: Immune reaction and switching gain (AIFQSMC, experiment)" in text
-
-    def test_of_a_run_that_diverges_are_drawn_as_far_as_it_went(self, tmp_path):
-        wild = ("--set", "disturbances.0.start=1", "--set", "disturbances.0.force=1e300", "--set", "run.horizon=5")
-        done = here("figures", "paper", *wild, "--only", "13", "-o", tmp_path, status=1)
-        assert "warning: aifqsmc stopped at t = " in done.stderr
-        assert (tmp_path / "index.md").exists()

@@ -58,13 +58,18 @@ def test_the_last_period_of_a_law_ends_the_run_and_names_the_results(tmp_path, i
     laws = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["controllers"]
     assert [law["stopped"] and law["stopped"]["reason"] for law in laws.values()] == [None, "interrupted"]
     assert names(tmp_path) == FILES
-
-
-def test_data_for_programs_is_whole(tmp_path, interrupted):
     interrupted("smc")
     done = here("run", "paper", "--controller", "smc", *SHORT, "-o", tmp_path, "--format", "json", status=130)
     assert json.loads(done.stdout)["controllers"]["smc"]["stopped"]["reason"] == "interrupted"
-    assert done.stderr.endswith(f"interrupted: the results of smc until then are in {tmp_path}\n")
+
+
+def test_a_run_that_is_interrupted_before_anything_is_done_leaves_nothing(tmp_path, monkeypatch):
+    def run(simulation, report=None):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(simulate, "run", run)
+    assert here("run", "paper", "-o", tmp_path / "out", status=130).stderr == "interrupted\n"
+    assert names(tmp_path) == []
 
 
 @pytest.mark.usefixtures("interrupted_while_moved")

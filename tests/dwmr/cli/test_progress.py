@@ -5,10 +5,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from dwmr.control.fuzzy_gains import Rules
 from dwmr.core import jit
-from dwmr.scenario.file import find, read
-from dwmr.simulation import simulate
 
 
 def test_the_stages_of_a_run_come_in_order(dwmr, monkeypatch):
@@ -34,10 +31,3 @@ def test_compiling_is_reported_as_a_share_of_all_functions(tmp_path):
     with jit.watched(shares.append):
         jit.compiled(runpy.run_path(str(source))["successor"])(1.0)
     assert 0.0 < shares[-1] <= 100.0
-
-
-def test_a_run_reports_first_that_all_is_compiled():
-    file = read(find("paper"), ["run.horizon=1"])
-    seen = []
-    simulate.run(simulate.prepare(file, "smc", Rules(file.scenario.rules, (), file.places)), seen.append)
-    assert (seen[0], seen[-1]) == (0, 201)

@@ -34,7 +34,7 @@ measures = ["rmse", "centre_distance", "robot_gap", "obstacles_hit", "robots_hit
 SAME = ("results.csv", "results.parquet", "sweep.json")
 
 
-def spec(folder, runs=6, horizon=4.0, text=SPEC):
+def spec(folder, runs=6, horizon=1.0, text=SPEC):
     path = folder / "spec.toml"
     path.write_text(text.format(runs=runs, horizon=horizon), encoding="utf-8")
     return path
@@ -83,7 +83,7 @@ class TestSweep:
         with (one[1] / "results.csv").open(newline="") as file:
             row = list(csv.DictReader(file))[3]
         values = [f"--set={key}={row[key]}" for key in row if key.startswith(("robots.", "disturbances.", "run.seed"))]
-        here("run", "paper", "--set", "run.horizon=4.0", *values, "-o", tmp_path)
+        here("run", "paper", "--set", "run.horizon=1.0", *values, "-o", tmp_path)
         found = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["controllers"]["aifqsmc"]
         assert found["rmse"]["follower2"]["x_e"] == float(row["rmse.follower2.x_e"])
         assert found["drift"]["leader"]["k_h_v"]["growth"] == float(row["drift.leader.k_h_v.growth"])
@@ -101,8 +101,7 @@ class TestSweep:
         assert done.stderr == ""
         require_same(one[1], tmp_path)
 
-    @pytest.mark.parametrize("options", [(), ("--resume",)])
-    @pytest.mark.parametrize("beside", [None, "[]", '{"columns": {}}'])
+    @pytest.mark.parametrize(("options", "beside"), [((), None), (("--resume",), "[]"), ((), '{"columns": {}}')])
     def test_refuses_to_replace_files_that_no_sweep_wrote(self, one, tmp_path, beside, options):
         (tmp_path / "results.csv").write_text("mine", encoding="utf-8")
         if beside is not None:
@@ -118,19 +117,6 @@ class TestSweep:
         options = ("--jobs", "1", "--format", "json", "--set", "robot.radius=0.5")
         found = json.loads(here("sweep", one[0], "-o", tmp_path, *options).stdout)
         assert (found["runs"], found["stopped"], found["files"]) == (6, 0, ["results.csv", "sweep.json", "times.csv"])
-
-    def test_a_run_that_diverges_is_a_row_with_its_reason(self, tmp_path):
-        text = (
-            'scenario = "paper"\ncontrollers = ["smc"]\n[set]\n"run.horizon" = 3.0\n"disturbances.0.start" = 1.0\n'
-            '[grid]\n"disturbances.0.force" = [15.0, 1e300]\n'
-        )
-        (tmp_path / "spec.toml").write_text(text, encoding="utf-8")
-        done = here("sweep", tmp_path / "spec.toml", "-o", tmp_path / "out", "--jobs", "1")
-        assert "2 runs, 1 to the end, 1 stopped" in done.stdout
-        with (tmp_path / "out" / "results.csv").open(newline="") as file:
-            rows = list(csv.DictReader(file))
-        assert [row["stopped"] for row in rows] == ["false", "true"]
-        assert "not finite" in rows[1]["stop_reason"]
 
 
 #: The command, which prints "held" and waits for a line before it looks for outcomes for the (argument 1 + 1)th time.
@@ -271,7 +257,6 @@ class TestBadInput:
             (["{spec}", "--dask", "nonsense://x"], 1, "no dask scheduler answers at nonsense://x"),
             (["{spec}", "--resume"], 1, "holds no sweep to go on with"),
             (["{spec}", "--set", "run.horizon=-1"], 1, "set.run.horizon is given by --set already"),
-            (["{spec}", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
             (["{spec}", "-o", "{spec}"], 1, "cannot be written"),
         ],
     )

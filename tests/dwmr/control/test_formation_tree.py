@@ -3,14 +3,8 @@
 import numpy as np
 import pytest
 
-from dwmr.control.fuzzy_gains import Rules
-from dwmr.scenario.file import find, read
-from dwmr.simulation import simulate
-
-
-def run(path, *overrides, law="fcafsmc"):
-    file = read(path, overrides)
-    return simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places)))
+from dwmr import read
+from tests.dwmr.scenarios import run
 
 
 @pytest.fixture
@@ -35,12 +29,12 @@ class TestChain:
     CHAIN = tuple(robot(f"r{k}", -4.0 - k, 3.0, "follower1" if k == 1 else f"r{k - 1}") for k in range(1, 7))
 
     def test_of_six_robots_does_not_depend_on_their_order(self, write):
-        forward, backward = run(write("a", self.CHAIN)), run(write("b", self.CHAIN[::-1]))
+        forward, backward = (run(write("a", robots), "fcafsmc") for robots in (self.CHAIN, self.CHAIN[::-1]))
         order = [backward.robots.index(name) for name in forward.robots]
         assert np.array_equal(forward.values, backward.values[:, order])
 
     def test_of_six_robots_sees_its_leaders_of_the_same_instant(self, write):
-        trajectory = run(write("a", self.CHAIN))
+        trajectory = run(write("a", self.CHAIN), "fcafsmc")
         names = list(trajectory.robots)
         for follower, leader in [("r1", "follower1"), *((f"r{k}", f"r{k - 1}") for k in range(2, 7))]:
             j, i = names.index(follower), names.index(leader)
@@ -55,7 +49,7 @@ class TestChain:
 class TestRoots:
     def test_follow_the_same_path_at_their_delays(self, write):
         path = write("two", [robot("second", -6.0, -3.0, delay=5.0), robot("ahead", 4.0, 2.0, delay=-2.5)])
-        trajectory = run(path)
+        trajectory = run(path, "fcafsmc")
         assert read(path).warnings == ()
         leader, second, ahead = (trajectory.robots.index(name) for name in ("leader", "second", "ahead"))
         x_r = trajectory["x_r"]
@@ -69,24 +63,8 @@ class TestRoots:
         assert one.span.source.line_text(one.span.line) == "[robots.second]"
 
 
-def test_avoidance_goes_by_what_the_robot_measures():
-    exact = run(find("paper-with-limits"), "run.horizon=50", law="smc")["obstacle"][:, 0]
-    noisy = run(find("paper-with-limits"), "run.horizon=50", "robots.leader.noise.x=0.2", law="smc")["obstacle"][:, 0]
+def test_avoidance_goes_by_measured_places():
+    noise = ((), ("robots.leader.noise.x=0.2",))
+    exact, noisy = (run("paper-with-limits", "smc", "run.horizon=50", *one)["obstacle"][:, 0] for one in noise)
     assert np.count_nonzero(np.diff(exact)) == 1
     assert np.count_nonzero(np.diff(noisy)) > 10
-
-
-def test_rule_files_beside_the_scenario_that_is_extended_are_used(tmp_path, capsys):
-    from dwmr.cli.main import main
-    from fuzzyctl.support.shipped import rules_folder
-
-    (tmp_path / "below").mkdir()
-    (tmp_path / "below" / "base.toml").write_text('extends = "paper"\n', encoding="utf-8")
-    text = (rules_folder() / "ais_reaction.fz").read_text(encoding="utf-8")
-    broken = text.replace("triangle(0.09, 0.18, inf)", "triangle(0.09, 0.19, inf)")
-    (tmp_path / "below" / "ais_reaction.fz").write_text(broken, encoding="utf-8")
-    (tmp_path / "top.toml").write_text('extends = "below/base.toml"\n', encoding="utf-8")
-    with pytest.raises(SystemExit) as stop:
-        main(["check", str(tmp_path / "top.toml")])
-    assert stop.value.code == 1
-    assert f"{tmp_path / 'below' / 'ais_reaction.fz'}:37" in capsys.readouterr().err

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog, minimize
 
-from dwmr.control.projection import active_set, half_spaces, project
+from dwmr.control.safety_filter import active_set, half_spaces, project
 from tests.sizes import examples
 
 LIMIT = 2.0

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dwmr.control.safety_filter import filter_commands, is_near, rate_bound, working_memory
-from dwmr.core.arrays import Safety
+from dwmr.control.safety_filter import Safety, filter_commands, is_near, rate_bound, working_memory
 from dwmr.plant.robot import ROBOT
 from tests.sizes import examples
 

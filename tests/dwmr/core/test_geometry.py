@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dwmr.core.geometry import clamp, sign, to_body, wrap, wrap_array
+from dwmr.core.geometry import to_body, wrap, wrap_array
 
 angles = st.floats(-50.0, 50.0)
 lengths = st.floats(-100.0, 100.0)
@@ -42,17 +42,3 @@ class TestToBody:
     @given(lengths, lengths, angles)
     def test_keeps_the_length(self, x, y, theta):
         assert math.hypot(*to_body(x, y, theta)) == pytest.approx(math.hypot(x, y), abs=1e-9)
-
-
-class TestClamp:
-    @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e3))
-    def test_stays_within_the_limit_and_changes_nothing_inside(self, value, limit):
-        assert abs(clamp(value, limit)) <= limit
-        if abs(value) <= limit:
-            assert clamp(value, limit) == value
-
-
-class TestSign:
-    @pytest.mark.parametrize(("value", "expected"), [(3.0, 1.0), (-1e-300, -1.0), (0.0, 0.0), (-0.0, 0.0)])
-    def test_is_zero_at_zero_only(self, value, expected):
-        assert sign(value) == expected

@@ -8,8 +8,8 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
+from dwmr import find, read
 from dwmr.figures import animation, film, panels
-from dwmr.scenario.file import find, read
 from tests.dwmr.process import dwmr, here
 
 SHORT = ("--set", "run.horizon=2")
@@ -83,6 +83,12 @@ class TestFilm:
         assert circle.get_radius() == pytest.approx(trajectory["avoidance_radius"][k, 0])
         assert circle.get_linewidth() == 2.0
         assert drawn._clock.get_text().split() == ["t", "=", f"{trajectory.t[k]:.1f}", "s"]
+
+    def test_labels_of_axes_lie_within_the_picture(self, made):
+        figure, axes = made[0].figure, made[0].axes
+        figure.draw_without_rendering()
+        across, up = (axis.label.get_window_extent() for axis in (axes.xaxis, axes.yaxis))
+        assert (figure.get_figwidth() < 6.5, up.x0 > 0.0, across.y0 > 0.0) == (True, True, True)
 
     def test_says_what_disturbs(self, made):
         drawn, _, _ = made
@@ -208,7 +214,6 @@ class TestAnimate:
             (["paper", "--fps", "61"], 2, "61 is not in the range"),
             (["paper", "--fps", "60"], 2, "at most 50 pictures"),
             (["paper", "--controller", "all"], 2, "a film shows one control law"),
-            (["paper", "--controller", "pid"], 2, "'pid' is not one of"),
             (["paper", "--speed", "0.01"], 1, "400,000 pictures, more than 20,000"),
             (["paper", "--at", "3"], 2, "write one moment of it to a .png"),
             (["paper", *SHORT, "--at", "3", "-o", "{}/a.png"], 2, "the run ends at 2 s"),
@@ -216,8 +221,6 @@ class TestAnimate:
             (["paper", "--follow", "leader"], 2, "--follow leader: a scene shows rigid bodies"),
             (["paper", "--follow", "leda"], 2, "has the robots leader, follower1, follower2"),
             (["paper", "--follow", "leader", "--view", "above"], 2, "leave out --view above"),
-            (["papper"], 2, "did you mean 'paper'?"),
-            (["paper", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
             (["paper", *SHORT, "-o", "{}/file/run.gif"], 1, "cannot be written"),
         ],
     )
@@ -241,16 +244,3 @@ class TestAnimate:
         assert done.stdout == f"wrote {tmp_path / 'a.png'}: t = 1.5 s\n"
         with Image.open(tmp_path / "a.png") as picture:
             assert (picture.format, max(picture.size)) == ("PNG", 720)
-
-    def test_of_a_run_that_diverges_shows_how_far_it_went(self, tmp_path):
-        wild = ("--set", "disturbances.0.start=1", "--set", "disturbances.0.force=1e300", "--set", "run.horizon=5")
-        done = here("animate", "paper", *wild, "-o", tmp_path / "run.gif", status=1)
-        assert "warning: aifqsmc stopped at t = 1.005 s" in done.stderr
-        assert (tmp_path / "run.gif").exists()
-
-    def test_of_huge_numbers_says_nothing_else(self, tmp_path):
-        done = here("animate", "paper", "--set", "robots.leader.d=1e-300", "-o", tmp_path / "run.gif", status=1)
-        assert done.stderr.splitlines() == [
-            "warning: aifqsmc stopped at t = 0.005 s: v_c is beyond 1e+12 m/s, "
-            "omega_c is beyond 1e+12 rad/s: the run diverged"
-        ]

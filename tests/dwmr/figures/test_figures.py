@@ -2,32 +2,23 @@ import dataclasses
 
 import numpy as np
 import pytest
-from PIL import Image
+from matplotlib.figure import Figure
 
-from dwmr.figures import draw_errors, draw_path
+from dwmr.figures import draw_errors, draw_path, panels
 
 
-@pytest.mark.parametrize("draw", [draw_path, draw_errors])
-@pytest.mark.parametrize("laws", [pytest.param(("aifqsmc",), marks=pytest.mark.long), ("aifqsmc", "smc")])
-def test_picture_is_drawn_and_is_the_same_twice(tmp_path, run_paper, draw, laws):
-    runs = [run_paper(law, "run.horizon=5")[1] for law in laws]
-    scenario = run_paper(laws[0], "run.horizon=5")[0].scenario
-    for name in ("a.png", "b.png"):
-        draw(tmp_path / name, runs, scenario)
-    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
-    with Image.open(tmp_path / "a.png") as picture:
-        assert len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)) > 50
+@pytest.fixture
+def figures(monkeypatch):
+    """Figures in place of the files that would hold them."""
+    drawn = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: drawn.append(self))
+    return drawn
 
 
 @pytest.mark.parametrize("draw", [draw_path, draw_errors])
-@pytest.mark.parametrize("length", [9, 40])
-def test_the_legend_lies_within_the_picture_whatever_the_names(tmp_path, run_paper, monkeypatch, draw, length):
-    from matplotlib.figure import Figure
-
-    figures = []
-    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: figures.append(self))
+def test_the_legend_lies_within_the_picture_whatever_the_names(tmp_path, run_paper, figures, draw):
     file, run = run_paper("aifqsmc", "run.horizon=5")
-    names = [f"{name:_<{length}}" for name in run.robots]
+    names = [f"{name:_<40}" for name in run.robots]
     robots = dict(zip(names, file.scenario.robots.values(), strict=True))
     scenario = file.scenario.model_copy(update={"robots": robots})
     draw(tmp_path / "x.png", [dataclasses.replace(run, robots=tuple(names))], scenario)
@@ -38,11 +29,7 @@ def test_the_legend_lies_within_the_picture_whatever_the_names(tmp_path, run_pap
     assert found.x1 <= figures[0].bbox.width
 
 
-def test_paths_and_axes_are_not_exchanged(tmp_path, run_paper, monkeypatch):
-    from matplotlib.figure import Figure
-
-    figures = []
-    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: figures.append(self))
+def test_paths_and_axes_are_not_exchanged(tmp_path, run_paper, figures):
     file, trajectory = run_paper("aifqsmc", "run.horizon=5")
     draw_path(tmp_path / "x.png", [trajectory], file.scenario)
     (axes,) = figures[0].axes
@@ -53,11 +40,7 @@ def test_paths_and_axes_are_not_exchanged(tmp_path, run_paper, monkeypatch):
     assert line.get_ydata()[0] == 3.0
 
 
-def test_the_time_axis_ends_with_the_run(tmp_path, run_paper, monkeypatch):
-    from matplotlib.figure import Figure
-
-    figures = []
-    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: figures.append(self))
+def test_the_time_axis_ends_with_the_run(tmp_path, run_paper, figures):
     file, trajectory = run_paper("aifqsmc", "run.horizon=5")
     draw_errors(tmp_path / "x.png", [trajectory], file.scenario)
     for axes in figures[0].axes:
@@ -73,25 +56,21 @@ def moved(run, factor):
 
 
 class TestLimitsOfPaths:
-    def limits(self, monkeypatch, tmp_path, run_paper, *factors):
-        from matplotlib.figure import Figure
-
-        figures = []
-        monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: figures.append(self))
+    def limits(self, figures, tmp_path, run_paper, *factors):
         file, run = run_paper("aifqsmc", "run.horizon=60")
         draw_path(tmp_path / "x.png", [run, *(moved(run, one) for one in factors)], file.scenario)
         return figures[0].axes
 
-    def test_a_law_that_runs_away_does_not_shrink_the_others(self, monkeypatch, tmp_path, run_paper):
-        first, second, far = self.limits(monkeypatch, tmp_path, run_paper, 1.2, 8.0)
+    def test_a_law_that_runs_away_does_not_shrink_the_others(self, figures, tmp_path, run_paper):
+        first, second, far = self.limits(figures, tmp_path, run_paper, 1.2, 8.0)
         assert first.get_xlim() == second.get_xlim()
         assert np.ptp(first.get_xlim()) < 50.0
         assert np.ptp(far.get_xlim()) > 150.0
         assert [axes.get_title(loc="right") for axes in (first, second, far)] == ["", "", "own scale"]
         assert np.ptp(far.get_xlim()) == np.ptp(far.get_ylim())
 
-    def test_who_leaves_the_picture_is_named(self, monkeypatch, tmp_path, run_paper):
-        near, far = self.limits(monkeypatch, tmp_path, run_paper, 1e6)
+    def test_who_leaves_the_picture_is_named(self, figures, tmp_path, run_paper):
+        near, far = self.limits(figures, tmp_path, run_paper, 1e6)
         assert np.ptp(far.get_xlim()) < 250.0
         assert [text.get_text() for text in far.texts] == ["follower2 out of the picture"]
         assert not near.texts
@@ -99,10 +78,6 @@ class TestLimitsOfPaths:
 
 class TestPeaks:
     def drawn(self, signals):
-        from matplotlib.figure import Figure
-
-        from dwmr.figures import panels
-
         axes = Figure().subplots()
         panels.lines(axes, np.arange(float(len(signals))), signals, ["a", "b"], "x [m]")
         panels.cut_peaks(axes, signals)

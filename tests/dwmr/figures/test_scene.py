@@ -4,8 +4,8 @@ from xml.etree import ElementTree as Xml
 
 import pytest
 
+from dwmr import find, read
 from dwmr.figures.scene import scene
-from dwmr.scenario.file import find, read
 from dwmr.simulation.mujoco_plant import mjcf
 from tests.physics import needs_mujoco
 

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from dwmr.core.interfaces import Signal
 from dwmr.output import data
 from dwmr.output.data import Data, save, signals_of
-from dwmr.results import lyapunov
+from dwmr.results.metrics import lyapunov
+from dwmr.simulation.simulate import Signal
 from fuzzyctl.experiments import parquet
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from dwmr import find
 from dwmr.results.paper_tables import TABLE_12
-from dwmr.scenario.file import find
 
 EXPLANATION = Path(__file__).resolve().parents[3] / "docs" / "explanation"
 PAGE = " ".join((EXPLANATION / "the-paper.md").read_text(encoding="utf-8").split())

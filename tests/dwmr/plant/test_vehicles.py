@@ -1,20 +1,15 @@
 """Cars and omnidirectional robots: what mechanics says of them, and their runs behind the formation of the paper."""
 
 import math
-from functools import cache
 
 import numpy as np
 import pytest
 
 from dwmr.control.formation import behind_sideways, follower_error, follower_position, with_leaders_orientation
-from dwmr.control.fuzzy_gains import Rules
-from dwmr.core.interfaces import PostureError
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT, State
 from dwmr.plant.vehicles import ACKERMANN, OMNIDIRECTIONAL, VEHICLE, Vehicles, advance_vehicle, steering_angle
-from dwmr.results.metrics import measure
-from dwmr.scenario.file import find, read
-from dwmr.simulation import simulate
+from tests.dwmr.scenarios import shared
 
 DT, SUBSTEPS = 0.005, 4
 
@@ -133,49 +128,44 @@ def test_the_error_behind_a_leader_that_moves_sideways_is_the_motion_of_its_plac
     assert error.drift_theta == pytest.approx(across / 0.4)
     kept = with_leaders_orientation(error, theta_i, omega, theta_j)
     assert (kept.theta_e_star, kept.drift_theta) == pytest.approx((0.9, omega))
-    assert isinstance(kept, PostureError)
 
 
-@cache
 def run(name, law="", *overrides):
-    file = read(find(name), ("run.horizon=60", *overrides))
-    rules = Rules(file.scenario.rules, file.folders, file.places)
-    trajectory = simulate.run(simulate.prepare(file, law or file.scenario.run.controller, rules))
-    return trajectory, measure(trajectory, file.scenario)
+    return shared(name, law, "run.horizon=60", *overrides)[1]
 
 
 class TestRuns:
     @pytest.mark.parametrize(("name", "most"), [("ackermann", 0.25), ("omnidirectional", 0.15)])
     def test_the_formation_comes_together_and_stays(self, name, most):
-        trajectory, _ = run(name, "", "obstacles=[]")
+        trajectory = run(name, "", "obstacles=[]")
         assert trajectory.stop is None
         settled = trajectory.t > 40
         assert np.abs(trajectory["x_e"][settled]).max() < most
         assert np.abs(trajectory["y_e"][settled]).max() < most
 
     def test_a_car_that_starts_the_wrong_way_round_comes_to_its_place(self):
-        trajectory, _ = run("ackermann", "", "obstacles=[]", "robots.follower1.theta_0=3.0")
+        trajectory = run("ackermann", "", "obstacles=[]", "robots.follower1.theta_0=3.0")
         settled = trajectory.t > 40
         assert np.abs(trajectory["x_e"][settled, 1]).max() < 0.25
         assert np.abs(trajectory["y_e"][settled, 1]).max() < 0.25
         assert trajectory["v_c"].min() >= 0
 
     def test_a_car_turns_within_its_limits(self):
-        trajectory, _ = run("ackermann", "aifqsmc")
+        trajectory = run("ackermann", "aifqsmc")
         angle = trajectory["steering"]
         assert np.abs(angle).max() <= 0.6
         assert np.abs(np.diff(angle, axis=0)).max() <= 1.0 * DT + 1e-12
         assert np.tan(angle) * trajectory["v"] / 0.5 == pytest.approx(trajectory["omega"], abs=1e-9)
 
     def test_a_law_without_a_lateral_command_drives_four_wheels_as_two(self):
-        as_two, _ = run("omnidirectional", "aifqsmc")
+        as_two = run("omnidirectional", "aifqsmc")
         settled = as_two.t > 40
         assert np.abs(as_two["v_y"][settled]).max() < 0.01  # what turning leaves to the inner loop
-        two, _ = run("undisturbed", "aifqsmc", "obstacles=[]")
+        two = run("undisturbed", "aifqsmc", "obstacles=[]")
         assert as_two["x"][settled] == pytest.approx(two["x"][settled], abs=0.02)
 
     def test_formations_of_several_kinds_keep_together(self):
         car = 'robots.follower1.vehicle={kind="ackermann",wheelbase=0.5,steering_limit=0.6,steering_rate=1.0}'
-        trajectory, _ = run("undisturbed", "aifqsmc", "obstacles=[]", car)
+        trajectory = run("undisturbed", "aifqsmc", "obstacles=[]", car)
         assert np.abs(trajectory["x_e"][trajectory.t > 40]).max() < 0.25
         assert np.all(trajectory["steering"][:, [0, 2]] == 0)

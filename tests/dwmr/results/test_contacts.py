@@ -5,9 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
+from dwmr import find, measure, read
 from dwmr.results.distances import contact, meetings, poses
-from dwmr.results.metrics import measure
-from dwmr.scenario.file import find, read
 from dwmr.scenario.outlines import gap_between, outline
 from tests.dwmr.results.test_metrics import SCENARIO, trajectory
 

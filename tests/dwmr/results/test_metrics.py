@@ -3,9 +3,9 @@ import math
 import numpy as np
 import pytest
 
+from dwmr import find, read
 from dwmr.results import metrics
 from dwmr.results.metrics import errors, measure, rmse
-from dwmr.scenario.file import find, read
 from dwmr.simulation.simulate import COLUMNS, SIGNALS, Stop, Trajectory
 
 

@@ -6,18 +6,16 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.safety_filter import rate_bound
 from dwmr.output.report import barriers, filter_cells, print_report
 from dwmr.page.document import safety_filter
 from dwmr.results.distances import moments, obstacle_gaps, rate_bounds, robot_gaps
 from dwmr.results.metrics import errors, measure, rmse
-from dwmr.scenario.file import find, read
 from dwmr.scenario.outlines import centres
-from dwmr.simulation import simulate
-from tests import explanation
+from tests import explanation, sizes
+from tests.dwmr.scenarios import shared
 
-SCENES = 20
+SCENES = sizes.examples(20, 6)
 NONE = "obstacles=[]"
 FILTER = (
     "safety={alpha=1.0,lookahead=0.3,margin=0.0,velocity_error=0.1,acceleration=3.0,angular_acceleration=6.0}"
@@ -28,8 +26,7 @@ CROWDS, ALONE = explanation.script("avoidance/crowds.py"), explanation.script("a
 
 
 def run(law, *overrides, name="paper-with-limits"):
-    file = read(find(name), overrides)
-    return file, simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places)))
+    return shared(name, law, *overrides)
 
 
 def corners(trajectory, scenario, robot):

@@ -8,9 +8,9 @@ import pytest
 import yaml
 
 import dwmr.ros
+from dwmr import find, read
 from dwmr.core.geometry import ahead
 from dwmr.ros.main import PARAMETERS, run
-from dwmr.scenario.file import find, read
 from fuzzyctl.ros.program import main
 from tests.dwmr.ros.stub import Float64, Node, Odometry, Twist, TwistStamped, Unicycles, install
 

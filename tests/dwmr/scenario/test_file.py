@@ -1,52 +1,46 @@
+"""Scenario files: what is read, mistakes at their lines, overrides, and scenarios that extend others."""
+
+import hashlib
+import os
+
 import pytest
-from pydantic import ValidationError
 
-from dwmr.scenario.file import LARGEST_FILE, UnknownScenarioError, find, read, shipped_names
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.scenario_keys import OverrideError
-
-PAPER = find("paper")
-
-
-def mistakes(path, *overrides):
-    with pytest.raises(DiagnosticError) as caught:
-        read(path, overrides)
-    return caught.value.diagnostics
+from dwmr import find, read
+from tests.dwmr import scenarios
+from tests.dwmr.process import here
+from tests.dwmr.scenarios import PAPER, mistakes, warned
+from tests.physics import shipped
 
 
 @pytest.fixture
 def edited(tmp_path):
     """A function that writes the paper's scenario with some text replaced."""
-
-    def edit(*replacements):
-        text = PAPER.read_text(encoding="utf-8")
-        for old, new in replacements:
-            assert old in text
-            text = text.replace(old, new, 1)
-        path = tmp_path / "mine.toml"
-        path.write_text(text, encoding="utf-8")
-        return path
-
-    return edit
+    return lambda *replacements: scenarios.edited(PAPER, tmp_path / "mine.toml", *replacements)
 
 
-class TestFind:
-    def test_knows_the_shipped_scenarios_and_paths(self, tmp_path):
-        (tmp_path / "mine.toml").write_text("x = 1")
-        assert "paper" in shipped_names()
-        assert find(str(tmp_path / "mine.toml")) == tmp_path / "mine.toml"
+@pytest.fixture
+def write(tmp_path):
+    """A function (name, text) -> path that writes a file of the scenario's folder."""
 
-    def test_suggests_the_name_that_was_meant(self):
-        with pytest.raises(UnknownScenarioError, match="did you mean 'paper'"):
-            find("papper")
+    def write_file(name, text):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        return tmp_path / name
+
+    return write_file
+
+
+def refused(argument, message):
+    """Require that an override is wrong usage."""
+    assert message in here("check", "paper", "--set", argument, status=2).stderr
+
+
+def test_the_name_that_was_meant_is_suggested(write):
+    path = write("mine.toml", "x = 1")
+    assert find(str(path)) == path
+    assert "did you mean 'paper'" in here("check", "papper", status=2).stderr
 
 
 class TestRead:
-    def test_gives_a_frozen_scenario(self):
-        scenario = read(PAPER).scenario
-        with pytest.raises(ValidationError):
-            scenario.run.dt = 0.1
-
     def test_holds_the_printed_numbers(self):
         scenario = read(PAPER).scenario
         leader, second = scenario.robots["leader"], scenario.robots["follower2"]
@@ -107,31 +101,11 @@ class TestMistakes:
         assert one.file == "--set robots.leader.mass=-1"
         assert one.message == "robots.leader.mass must be > 0 kg, got -1"
 
-    def test_include_unknown_robots_controllers_and_leaders_in_a_circle(self, edited):
-        text = edited(
-            (
-                'leader = "leader", separation = 1.25, bearing = 2',
-                'leader = "follower1", separation = 1.25, bearing = 2',
-            )
-        )
-        assert "a robot cannot follow itself" in mistakes(text)[0].message
-        text = edited(
-            ('leader = "leader", separation = 1.25, bearing = 2', 'leader = "laeder", separation = 1.25, bearing = 2')
-        )
-        assert mistakes(text)[0].help == "did you mean 'leader'?"
-        assert "unknown controller 'pid'" in mistakes(PAPER, "run.controller=pid")[0].message
-
-    def test_include_a_window_that_ends_before_it_begins(self, edited):
+    def test_include_unknown_robots_and_windows_that_end_before_they_begin(self, edited):
+        place = 'leader = "leader", separation = 1.25, bearing = 2'
+        assert mistakes(edited((place, place.replace('"leader"', '"laeder"'))))[0].help == "did you mean 'leader'?"
         (one,) = mistakes(edited(("stop = 20.0", "stop = 2.0")))
         assert "stop = 2 s lies before start = 3 s" in one.message
-
-    def test_include_a_follower_that_should_avoid_obstacles(self):
-        (one,) = mistakes(PAPER, "robots.follower1.avoids_obstacles=true")
-        assert "only a robot on the reference avoids" in one.message
-
-    def test_include_runs_too_long_to_keep(self):
-        (one,) = mistakes(PAPER, "run.horizon=90000")
-        assert "at most 5,000,000 are kept" in one.message
 
     def test_in_the_toml_itself_point_at_the_place(self, edited):
         (one,) = mistakes(edited(("dt = 0.005", "dt = = 0.005")))
@@ -145,7 +119,7 @@ class TestMistakes:
 
     @pytest.mark.parametrize(
         ("content", "code"),
-        [(b"", "FZ901"), (b"\xff\xfe\x00binary", "FZ002"), (b"#" * (LARGEST_FILE + 1), "FZ003"), (b"x = 1", "FZ902")],
+        [(b"", "FZ901"), (b"\xff\xfe\x00binary", "FZ002"), (b"#" * 10_000_000, "FZ003"), (b"x = 1", "FZ902")],
     )
     def test_include_files_that_are_no_scenarios(self, tmp_path, content, code):
         path = tmp_path / "x.toml"
@@ -158,8 +132,34 @@ class TestMistakes:
         (one,) = mistakes(tmp_path / "x.toml")
         assert (one.code, one.message) == ("FZ901", "tables are nested too deeply")
 
-    def test_include_folders(self, tmp_path):
+    @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform has no named pipes")
+    @pytest.mark.parametrize("name", ["mine.toml", "base.toml", "path.csv", "own.fz"])
+    def test_include_pipes(self, write, tmp_path, name):
+        write("mine.toml", "")
+        texts = {
+            "base.toml": 'extends = "base.toml"\n',
+            "path.csv": 'extends = "paper"\n[reference]\nkind = "csv"\nfile = "path.csv"\n',
+            "own.fz": 'extends = "paper"\n[rules.ais_reaction]\nfile = "own.fz"\n',
+        }
+        (tmp_path / name).unlink(missing_ok=True)
+        os.mkfifo(tmp_path / name)
+        if name in texts:
+            write("mine.toml", texts[name])
+        assert "is not a regular file" in here("check", tmp_path / "mine.toml", status=1).stderr
+
+    def test_include_what_is_no_file(self, tmp_path):
         assert mistakes(tmp_path)[0].code == "FZ001"
+        (one,) = mistakes("/dev/zero")
+        assert "not a regular file" in one.message
+
+    def test_that_every_robot_has_show_once(self, edited):
+        (one,) = mistakes(edited(("mass = 120.0 ", "#")))
+        assert one.message == "robot.mass is missing"
+        assert "[robot]" in one.span.source.line_text(one.span.line)
+
+    @pytest.mark.parametrize("key", ["robots.leader.x_0", "obstacles.0.y", "robot.noise.v", "reference.amplitude_x"])
+    def test_include_places_and_lengths_beyond_all_maps(self, key):
+        assert any(f"{key} must be <= 1e+09" in d.message for d in mistakes(PAPER, f"{key}=1.1e9"))
 
 
 class TestOverrides:
@@ -179,18 +179,16 @@ class TestOverrides:
         assert [r.mass for r in scenario.robots.values()] == [110, 100, 100]
         assert scenario.rules["ais_reaction"].params["k_s"] == 0.5
 
-    @pytest.mark.parametrize("argument", ["horizon", "=3", "run..dt=1", "obstacles.9.x=1", "name.x=1", "obstacles.x=1"])
+    @pytest.mark.parametrize("argument", ["horizon", "=3", "run..dt=1", "obstacles.9.x=1", "name.x=1"])
     def test_that_reach_nothing_are_refused(self, argument):
-        with pytest.raises(OverrideError, match="--set"):
-            read(PAPER, [argument])
+        refused(argument, "--set")
 
     def test_name_keys_in_quotes_as_toml_does(self, edited):
         robots = read(PAPER, ['robots."leader".mass=3', "robots . 'follower1'.mass = 4"]).scenario.robots
         assert [r.mass for r in robots.values()] == [3, 4, 120.0]
         path = edited(("[robots.follower2]", '[robots."a.b=c"]'))
         assert read(path, ['robots."a.b=c".mass=5']).scenario.robots["a.b=c"].mass == 5
-        with pytest.raises(OverrideError, match="expected key=value"):
-            read(PAPER, ['robots."leader.mass=3'])
+        refused('robots."leader.mass=3', "expected key=value")
 
     def test_of_a_misspelt_robot_say_so_once(self):
         (one,) = mistakes(PAPER, "robots.folower1.mass=5")
@@ -204,8 +202,7 @@ class TestOverrides:
 
     @pytest.mark.parametrize("argument", ['extends="paper"', "extends=undisturbed", "extends.x=1"])
     def test_cannot_change_what_a_scenario_extends(self, argument):
-        with pytest.raises(OverrideError, match="extends cannot be set, only written in a scenario file"):
-            read(PAPER, [argument])
+        refused(argument, "extends cannot be set, only written in a scenario file")
 
 
 class TestCommonValuesThatNoRobotTakes:
@@ -250,6 +247,108 @@ class TestCommonValuesThatNoRobotTakes:
         given = [f"robots.{name}.mass=90" for name in ("leader", "follower1", "follower2")]
         assert read(PAPER, given).warnings == ()
 
-    @pytest.mark.parametrize("name", shipped_names())
+    @pytest.mark.parametrize("name", shipped())
     def test_do_not_occur_in_shipped_scenarios(self, name):
-        assert not [w for w in read(find(name)).warnings if "used by no robot" in w.message]
+        assert warned(name) == []
+
+
+class TestExtends:
+    def test_takes_over_what_it_does_not_give(self, write):
+        path = write("mine.toml", 'extends = "paper"\nname = "mine"\n[robot]\nmass = 90.0\n[robots.leader]\nd = 0.2\n')
+        scenario, paper = read(path).scenario, read(PAPER).scenario
+        assert scenario.name == "mine"
+        assert [r.mass for r in scenario.robots.values()] == [90.0] * 3
+        assert (scenario.robots["leader"].d, scenario.robots["leader"].x_0) == (0.2, -1.0)
+        assert scenario.disturbances == paper.disturbances
+        assert paper.robots["leader"].mass == 120.0
+
+    def test_has_a_name_of_its_own(self, write):
+        assert read(write("mine.toml", 'extends = "paper"\n')).scenario.name == "mine"
+        assert read(write("other.toml", 'extends = "mine.toml"\nname = "x"\n')).scenario.name == "x"
+
+    def test_replaces_lists_whole_and_adds_robots(self, write):
+        text = """extends = "paper"
+obstacles = [{ x = 40.0, y = 0.0, radius = 1.0 }]
+[robots.fourth]
+x_0 = -5.0
+y_0 = 1.0
+theta_0 = 0.0
+d = 0.4
+formation = { leader = "follower1", separation = 1.25, bearing = 3.0 }
+"""
+        scenario = read(write("mine.toml", text)).scenario
+        assert [o.x for o in scenario.obstacles] == [40.0]
+        assert list(scenario.robots) == ["leader", "follower1", "follower2", "fourth"]
+        assert scenario.robots["fourth"].friction == scenario.robots["leader"].friction
+
+    def test_replaces_a_table_of_another_kind_and_merges_one_of_the_same(self, write):
+        line = '[reference]\nkind = "line"\nstart_x = 0.0\nstart_y = 0.0\nangle = 0.0\nspeed = 0.5\n'
+        assert read(write("a.toml", f'extends = "paper"\n{line}')).scenario.reference.speed == 0.5
+        eight = '[reference]\nkind = "eight"\nperiod = 300.0\n'
+        assert read(write("b.toml", f'extends = "paper"\n{eight}')).scenario.reference.amplitude_x == 15.0
+
+    def test_reaches_over_several_files_beside_each_other(self, write):
+        write("base.toml", 'extends = "paper"\n[run]\nhorizon = 30.0\nsubsteps = 2\n')
+        top = write("top.toml", 'extends = "base.toml"\n[run]\nhorizon = 10.0\n')
+        run = read(top, ["run.save_every=7"]).scenario.run
+        assert (run.horizon, run.substeps, run.dt, run.save_every) == (10.0, 2, 0.005, 7)
+
+    def test_is_part_of_the_checksum(self, write):
+        base = write("base.toml", 'extends = "paper"\n')
+        top = write("top.toml", 'extends = "base.toml"\n')
+        first = read(top).sha256
+        assert first == hashlib.sha256(top.read_bytes() + base.read_bytes() + PAPER.read_bytes()).hexdigest()
+        base.write_text('extends = "paper"\n# changed\n', encoding="utf-8")
+        assert read(top).sha256 != first
+        assert read(PAPER).sha256 == hashlib.sha256(PAPER.read_bytes()).hexdigest()
+
+    def test_finds_rule_files_beside_the_scenario_that_is_extended(self, tmp_path):
+        (tmp_path / "below").mkdir()
+        (tmp_path / "below" / "base.toml").write_text('extends = "paper"\n', encoding="utf-8")
+        (tmp_path / "top.toml").write_text('extends = "below/base.toml"\n', encoding="utf-8")
+        assert read(tmp_path / "top.toml").folders == (tmp_path, tmp_path / "below", PAPER.parent)
+
+
+class TestMistakesOfExtends:
+    def test_stand_in_the_file_that_made_them(self, write):
+        base = write("base.toml", 'extends = "paper"\n[robot]\nmass = -1.0\n')
+        top = write("top.toml", 'extends = "base.toml"\n\n[run]\ndt = "fast"\n')
+        in_base, in_top = sorted(mistakes(top), key=lambda d: d.place)
+        assert (in_base.place, in_base.message) == (f"{base}:3:1", "robot.mass must be > 0 kg, got -1.0")
+        assert (in_top.place, in_top.message) == (f"{top}:4:1", "run.dt must be a number, got 'fast'")
+
+    def test_in_a_list_stand_where_the_list_was_replaced(self, write):
+        top = write("top.toml", 'extends = "paper"\nobstacles = [{ x = 40.0, y = 0.0, radius = -1.0 }]\n')
+        (one,) = mistakes(top)
+        assert one.place == f"{top}:2:1"
+
+    def test_of_an_override_beat_the_files(self, write):
+        top = write("top.toml", 'extends = "paper"\n[robot]\nmass = 100.0\n')
+        assert mistakes(top, "robot.mass=-1")[0].file == "--set robot.mass=-1"
+
+    @pytest.mark.parametrize(
+        ("value", "words"),
+        [
+            ('"papper"', "names a scenario that does not exist"),
+            ('"\\u0000"', "names a scenario that does not exist"),
+            ('""', "must be the name of a scenario"),
+            ("5", "must be the name of a scenario"),
+            ('"mine.toml"', "leads in a circle: mine.toml -> mine.toml"),
+            ('"other.toml"', "leads in a circle: mine.toml -> other.toml -> mine.toml"),
+        ],
+    )
+    def test_of_the_key_itself_stand_at_it(self, write, value, words):
+        write("other.toml", 'extends = "mine.toml"\n')
+        path = write("mine.toml", f"name = 'x'\nextends = {value}\n")
+        (one,) = mistakes(path)
+        assert words in one.message
+        assert one.span.line == (1 if "other" in value else 2)
+
+    def test_suggest_the_shipped_scenario_that_was_meant(self, write):
+        assert mistakes(write("mine.toml", 'extends = "papper"\n'))[0].help == "did you mean 'paper'?"
+
+    def test_include_too_many_files_upon_each_other(self, write):
+        for k in range(12):
+            write(f"s{k}.toml", f'extends = "s{k + 1}.toml"\n')
+        path = write("s12.toml", 'extends = "paper"\n')
+        assert "more than 10 scenarios" in mistakes(path.with_name("s0.toml"))[0].message

@@ -1,23 +1,16 @@
-"""Vehicles that cannot do what a scenario asks of them."""
+"""Vehicles that cannot do what a scenario asks of them, and commands within what they take."""
 
 import math
 import re
+import warnings
 
 import numpy as np
 import pytest
 
-from dwmr.control.fuzzy_gains import Rules
-from dwmr.scenario.file import find, read
-from dwmr.scenario.vehicle_limits import point_radius
-from dwmr.simulation import preflight
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-
-
-def mistakes(name, *overrides):
-    with pytest.raises(DiagnosticError) as error:
-        read(find(name), overrides)
-    return error.value.diagnostics
-
+from dwmr import find, read
+from dwmr.scenario.vehicle_limits import limited, point_radius
+from tests.dwmr.process import here
+from tests.dwmr.scenarios import diagnostics, messages, mistakes, run
 
 #: Places of followers as in the paper.
 CLOSE = tuple(
@@ -26,9 +19,6 @@ CLOSE = tuple(
     for key in ("separation=1.25", f"bearing={side * 0.75 * math.pi}")
 )
 CIRCLE = 'reference={kind="circle",centre_x=0,centre_y=0,radius=2.0,period=60,direction="counter-clockwise"}'
-
-
-OWN = "the car turns on one of 0.7308 m at the least: it would leave its way"
 
 
 def test_a_path_closer_than_a_car_turns_is_refused_with_place_radii_and_repair():
@@ -43,25 +33,18 @@ def test_a_path_closer_than_a_car_turns_is_refused_with_place_radii_and_repair()
     assert "3 m at the rear axle, 3.002 m at the reference point 0.1 m ahead of it" in found[0].facts[0]
     assert found[0].help == "set steering_limit to 0.246 rad or more, or widen the path"
     assert "its place in the formation has one of 1.422 m" in found[1].message
-
-
-@pytest.mark.parametrize(("limit", "few"), [(0.3, ["follower1"]), (0.43, [])])
-def test_the_repair_is_enough(limit, few):
-    arguments = (*CLOSE, CIRCLE, f"robot.vehicle.steering_limit={limit}")
-    if not few:
-        assert read(find("ackermann"), arguments).scenario.robots["leader"].vehicle.steering_limit == limit
-    else:
-        assert [one.message.split()[0] for one in mistakes("ackermann", *arguments)] == ["robots.follower1"]
+    few = mistakes("ackermann", *CLOSE, CIRCLE, "robot.vehicle.steering_limit=0.3")
+    assert [one.message.split()[0] for one in few] == ["robots.follower1"]
+    assert read(find("ackermann"), (*CLOSE, CIRCLE, "robot.vehicle.steering_limit=0.43"))
 
 
 def test_a_bend_that_changes_faster_than_a_car_is_steered_is_refused_with_place_rates_and_repair():
-    [leader, *_] = mistakes("ackermann", "robot.vehicle.steering_rate=0.01")
-    found = re.fullmatch(
+    found = mistakes("ackermann", "robot.vehicle.steering_rate=0.01")
+    pattern = (
         r"robots\.leader is steered by 0\.01 rad/s at the most, and the path needs (\S+) rad/s where the reference "
-        r"is at \(.*\) at t = (\S+) s",
-        leader.message,
+        r"is at \(.*\) at t = (\S+) s"
     )
-    rate, t = map(float, found.groups())
+    rate, t = map(float, re.fullmatch(pattern, found[0].message).groups())
     # x = 15 sin 2wt, y = 15 sin wt
     w = 2 * math.pi / 200
     times = np.linspace(t - 0.05, t + 0.1, 301)
@@ -70,15 +53,10 @@ def test_a_bend_that_changes_faster_than_a_car_is_steered_is_refused_with_place_
     curvature = (dx * ddy - dy * ddx) / np.hypot(dx, dy) ** 3
     axle = np.sign(curvature) / np.sqrt(curvature**-2 - 0.1**2)
     assert rate == pytest.approx(np.abs(np.gradient(np.arctan(0.5 * axle), times)).max(), rel=0.01)
-    needed = float(re.search(r"steering_rate to (\S+) rad/s or more", leader.help)[1])
-    assert rate <= needed <= rate + 0.001
-
-
-def test_the_steering_rate_of_the_repair_is_enough():
-    found = mistakes("ackermann", "robot.vehicle.steering_rate=0.01")
-    needed = max(float(re.search(r"steering_rate to (\S+) rad/s", one.help)[1]) for one in found)
-    read(find("ackermann"), [f"robot.vehicle.steering_rate={needed}"])
-    assert len(mistakes("ackermann", f"robot.vehicle.steering_rate={needed - 0.002}")) >= 1
+    needed = [float(re.search(r"steering_rate to (\S+) rad/s or more", one.help)[1]) for one in found]
+    assert rate <= needed[0] <= rate + 0.001
+    read(find("ackermann"), [f"robot.vehicle.steering_rate={max(needed)}"])
+    assert mistakes("ackermann", f"robot.vehicle.steering_rate={max(needed) - 0.002}")
 
 
 def test_a_circle_needs_no_steering():
@@ -98,7 +76,6 @@ def test_the_place_of_a_follower_has_its_own_radius():
 @pytest.mark.parametrize(
     ("name", "overrides", "words"),
     [
-        ("ackermann", ["run.plant=mujoco"], "run.plant = 'mujoco' has bodies with two driven wheels"),
         (
             "omnidirectional",
             ["safety={alpha=1,lookahead=0.1,margin=0.1,acceleration=1,angular_acceleration=1,velocity_error=0}"],
@@ -109,46 +86,61 @@ def test_the_place_of_a_follower_has_its_own_radius():
         ("ackermann", ["robot.vehicle.wheel=1"], "unknown key robot.vehicle.wheel"),
         ("ackermann", ["robot.vehicle.steering_limit=1.6"], "robot.vehicle.steering_limit must be"),
         ("undisturbed", ['robot.vehicle={kind="tank"}'], "robot.vehicle.kind must be one of"),
-        (
-            "undisturbed",
-            ['robot.vehicle={kind="omnidirectional"}'],
-            "robot.vehicle.half_base is missing",
-        ),
+        ("undisturbed", ['robot.vehicle={kind="omnidirectional"}'], "robot.vehicle.half_base is missing"),
     ],
 )
-def test_what_is_made_for_two_wheels_is_refused(name, overrides, words):
-    assert words in "\n".join(one.message for one in mistakes(name, *overrides))
+def test_settings_of_two_wheels_and_unknown_ones_are_refused(name, overrides, words):
+    assert words in "\n".join(messages(name, *overrides))
 
 
 def test_a_law_that_commands_sideways_needs_robots_that_can():
-    file = read(find("undisturbed"))
-    rules = Rules(file.scenario.rules, file.folders, file.places)
-    with pytest.raises(DiagnosticError) as error:
-        preflight.check(file, ["omnidirectional"], rules)
-    [found] = error.value.diagnostics
+    [found] = diagnostics(run, "undisturbed", "omnidirectional")
     assert found.message.endswith("robots that cannot move sideways are leader, follower1, follower2")
 
 
 @pytest.mark.parametrize(
-    ("overrides", "found"),
+    ("override", "curvature", "radius"),
     [
-        ((), []),
-        (
-            ["robot.controllers.ackermann.kappa_max=3"],
-            [f"robot.controllers.ackermann.kappa_max = 3 1/m asks for a radius of 0.3333 m, and {OWN}"],
-        ),
-        (
-            ["robots.leader.controllers.ackermann.kappa_max=1.37"],
-            [f"robots.leader.controllers.ackermann.kappa_max = 1.37 1/m asks for a radius of 0.7299 m, and {OWN}"],
-        ),
-        (["robots.leader.controllers.ackermann.kappa_max=1.368"], []),
+        ("run.seed=1", "", ""),
+        ("robot.controllers.ackermann.kappa_max=3", "3", "0.3333"),
+        ("robots.leader.controllers.ackermann.kappa_max=1.37", "1.37", "0.7299"),
+        ("robots.leader.controllers.ackermann.kappa_max=1.368", "", ""),
     ],
 )
-def test_a_law_that_asks_for_more_curvature_than_the_steering_gives_is_warned_of(overrides, found):
-    file = read(find("ackermann"), overrides)
-    rules = Rules(file.scenario.rules, file.folders, file.places)
-    preflight.check(file, ["ackermann"], rules)
-    assert [d.message for d in rules.warnings] == found
-    for one in rules.warnings:
-        assert (one.severity, one.help) == ("warning", "set kappa_max to 1.368 1/m or less")
-        assert one.facts == ("wheelbase / tan(steering_limit) = 0.5 m / tan(0.6 rad) = 0.7308 m at the rear axle",)
+def test_a_law_that_asks_for_more_curvature_than_the_steering_gives_is_warned_of(override, curvature, radius):
+    found = here("check", "ackermann", "--set", override).stderr
+    assert (found == "") == (curvature == "")
+    if curvature:
+        key = override.partition("=")[0]
+        assert f"warning[FZ904]: {key} = {curvature} 1/m asks for a radius of {radius} m, and the car turns on" in found
+        assert "= wheelbase / tan(steering_limit) = 0.5 m / tan(0.6 rad) = 0.7308 m at the rear axle" in found
+        assert "= help: set kappa_max to 1.368 1/m or less" in found
+
+
+class TestCommands:
+    LIMITS = ("robot.actuator.v_limit=1.5", "robot.actuator.omega_limit=1.0")
+
+    def leader(self, name):
+        return read(find(name), self.LIMITS).scenario.robots["leader"]
+
+    def test_of_two_wheels_and_mecanum_wheels_are_limited_one_by_one(self):
+        commands = np.array([[2.0, -3.0, -4.0], [-2.0, 0.5, 0.25]])
+        for name in ("undisturbed", "omnidirectional"):
+            assert limited(commands, self.leader(name)).tolist() == [[1.5, -1.5, -1.0], [-1.5, 0.5, 0.25]]
+
+    def test_of_a_car_keep_its_curvature(self):
+        car = self.leader("ackermann")
+        bend = 1.0 / car.vehicle.turning_radius
+        commands = np.array([[2.0, 0.0, 0.4], [1.2, 0.0, 1.5], [-2.0, 0.0, 0.4], [0.5, 0.0, -9.0]])
+        wanted = np.array([[1.5, 0, 0.3], [0.8, 0, 1.0], [-1.5, 0, 0.3], [0.5, 0, -0.5 * bend]])
+        assert limited(commands, car) == pytest.approx(wanted)
+        found = limited(np.random.default_rng(1).uniform(-3.0, 3.0, (1000, 3)), car)
+        assert (np.abs(found).max(axis=0) <= [1.5, 0.0, 1.0 + 1e-12]).all()
+        angles = np.arctan2(car.vehicle.wheelbase * np.abs(found[:, 2]), np.abs(found[:, 0]))
+        assert angles.max() == pytest.approx(car.vehicle.steering_limit)
+
+    def test_of_a_car_that_stands_do_not_turn_it(self):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            found = limited(np.array([[0.0, 0.0, 1.0], [5e-324, 0.0, 1.0]]), self.leader("ackermann"))
+        assert np.abs(found).max() < 1e-300

@@ -5,11 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from dwmr.control.fuzzy_gains import Rules
 from dwmr.plant.disturbances import measure
 from dwmr.plant.robot import ROBOT
-from dwmr.scenario.file import find, read
-from dwmr.simulation import simulate
+from tests.dwmr.scenarios import shared
 
 DT = 0.005
 
@@ -57,8 +55,7 @@ def test_a_robot_with_an_exact_posture_ignores_its_odometry():
 
 
 def run(*overrides):
-    file = read(find("paper"), ["run.horizon=12", *overrides])
-    return simulate.run(simulate.prepare(file, "aifqsmc", Rules(file.scenario.rules, (), file.places)))
+    return shared("paper", "aifqsmc", "run.horizon=12", *overrides)[1]
 
 
 def test_without_slip_odometry_changes_little_and_with_slip_much():

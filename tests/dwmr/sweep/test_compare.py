@@ -8,9 +8,9 @@ import pytest
 from rich.console import Console
 from scipy import stats
 
+from dwmr import find
 from dwmr.cli import repetitions
 from dwmr.output.data import KEY
-from dwmr.scenario.file import find
 from dwmr.sweep import comparison
 from dwmr.sweep.comparison import _print_ratios, _ratios, entries
 from fuzzyctl.experiments import parquet
@@ -56,10 +56,6 @@ class TestEntries:
 
 
 class TestVariation:
-    def test_a_single_run_is_the_scenario_as_it_is(self):
-        made = comparison.make(comparison.variation(None), find("paper"), ("smc",), 1, 0, None, ["run.horizon=1"])
-        assert [run.values for run in made.runs] == [{}]
-
     def test_leaves_out_what_a_scenario_does_not_have(self):
         made = comparison.make(
             comparison.variation(None), find("undisturbed"), ("smc",), 2, 0, None, ["disturbances=[]"]
@@ -119,8 +115,6 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("arguments", "status", "words"),
         [
-            (["papper"], 2, "did you mean 'paper'?"),
-            (["paper", "--controller", "smc,pid"], 2, "'pid' is not one of"),
             (["paper", "--runs", "0"], 2, "0 is not in the range"),
             (["paper", "paper"], 2, "'paper' is given twice"),
             (["paper", str(find("paper"))], 2, "paper.toml is given twice"),
@@ -130,8 +124,6 @@ class TestCommand:
                 1,
                 "name another file with -o FILE",
             ),
-            (["paper", "--set", "run.horizon"], 2, "expected key=value"),
-            (["paper", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
             (["paper", "-o", "table.xlsx"], 2, "neither in .csv nor in .parquet"),
             (["paper", "--vary", "nowhere.toml"], 2, "does not exist"),
         ],

@@ -5,7 +5,7 @@ import pickle
 import pytest
 
 from dwmr.sweep.robots import Robots, read_spec
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl import DiagnosticError
 from fuzzyctl.experiments import sweep_plan
 
 

@@ -8,11 +8,10 @@ import subprocess
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from dwmr.control.formation import follower_error, trajectory_error
-from fuzzyctl.cli.main import main
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.testing import run_command
+from tests.shipped import rules_folder
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 
@@ -41,8 +40,7 @@ int main(void)
 def law(tmp_path_factory):
     """A function from inputs, shape (samples, 8), to commands and gains, shape (samples, 4), computed in C."""
     folder = tmp_path_factory.mktemp("law")
-    text = str(rules_folder() / "aifqsmc.fz")
-    done = CliRunner().invoke(main, ["codegen", text, "--target", "c", "-o", str(folder)])
+    done = run_command("codegen", rules_folder() / "aifqsmc.fz", "--target", "c", "-o", folder)
     assert done.exit_code == 0, done.output
     (folder / "driver.c").write_text(DRIVER, encoding="utf-8")
     subprocess.run(

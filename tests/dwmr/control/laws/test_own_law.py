@@ -76,19 +76,6 @@ def test_of_one_name_in_two_folders_is_each_its_own(folder):
         assert found[3] < found[0]
 
 
-@pytest.mark.long
-def test_that_cannot_be_prepared_is_reported_with_its_error(folder):
-    broken = folder / "broken"
-    broken.mkdir()
-    text = (folder / "proportional.py").read_text(encoding="utf-8")
-    (broken / "proportional.py").write_text(text.replace("return Law(", "return 1 // 0, Law("), encoding="utf-8")
-    shutil.copy(folder / "mine.toml", broken)
-    done = in_short("compare", "broken/mine.toml", "--controller", "proportional", *SHORT, *ALONE, cwd=folder, status=1)
-    assert "the control law proportional cannot be prepared" in done.stderr
-    assert "ZeroDivisionError" in done.stderr
-    assert "changed" not in done.stderr
-
-
 def test_is_swept(folder):
     done = in_short("sweep", "spec.toml", *SHORT, "-o", "swept", cwd=folder)
     assert "2 runs, all to the end" in done.stdout
@@ -160,12 +147,6 @@ def test_that_raises_in_compiled_code_names_its_line_and_keeps_what_was_recorded
     swept = in_short("compare", "mine.toml", "--controller", "proportional", *SHORT, cwd=made, status=1)
     assert "mine.toml cannot be computed" in swept.stderr
     assert "IndexError: index 9" in swept.stderr
-
-
-def test_that_never_returns_is_reported(folder):
-    made = raising(folder, "never", "run", 'raise ValueError("gone")')
-    done = in_short("run", "mine.toml", *SHORT, "-o", "out", cwd=made, status=1)
-    assert "the control law proportional cannot be run" in done.stderr
 
 
 def test_an_interruption_while_a_law_works_stays_one():

@@ -1,23 +1,18 @@
-"""A law of one's own as text: run, recorded and swept, and what is answered to its mistakes."""
+"""A law of one's own as text: run, recorded and swept, and answers to its mistakes."""
 
 import hashlib
+import json
 import pickle
 
 import numpy as np
 import pytest
 
-import fuzzyctl
-from dwmr.cli.run_options import Task, describe
-from dwmr.control import law_text
-from dwmr.control.fuzzy_gains import Rules
-from dwmr.core.jit import COMPILED
-from dwmr.scenario.file import read
-from dwmr.simulation import preflight, simulate
+from dwmr import read
+from dwmr.simulation import simulate
 from dwmr.sweep.robots import Robots
-from fuzzyctl import Controller, Proved, load
-from fuzzyctl.analysis.verdicts import Undecided, Verdicts
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from tests.dwmr.process import in_short
+from fuzzyctl.analysis.induction import prover
+from tests.dwmr.process import here, in_short
+from tests.dwmr.scenarios import diagnostics, mistakes, run
 
 LAW = """controller mine "Proportional control with a slow integral"
 input x_e unit "m"
@@ -49,34 +44,10 @@ def beside(tmp_path):
     return write
 
 
-def rules_of(file):
-    return Rules(file.scenario.rules, file.folders, file.places)
-
-
-def checked(scenario, *overrides, law="mine"):
-    file = read(scenario, overrides)
-    preflight.check(file, [law], rules_of(file))
-    return file
-
-
-def run(scenario, *overrides):
-    file = read(scenario, overrides)
-    return simulate.run(simulate.prepare(file, "mine", rules_of(file)))
-
-
 class TestColumns:
-    def test_are_those_of_the_data(self):
-        from dwmr.plant import vehicles
-        from dwmr.simulation.loop import SIGNALS
-
-        recorded = {s.name for s in (*SIGNALS, *vehicles.SIGNALS)} - {*law_text.COMMANDS}
-        assert set(law_text.COLUMNS) == recorded | {"t", "controller", "robot"}
-
     @pytest.mark.parametrize("name", ["v", "t"])
     def test_keep_their_names(self, beside, name):
-        with pytest.raises(DiagnosticError) as caught:
-            checked(beside(LAW.replace("slow", name)))
-        (found,) = caught.value.diagnostics
+        (found,) = diagnostics(run, beside(LAW.replace("slow", name)))
         assert found.code == "FZ905"
         assert found.message == f"output '{name}' has the name of another column of the data"
         assert found.help == f"rename it, as to {name}_law"
@@ -84,14 +55,12 @@ class TestColumns:
 
 class TestWorkers:
     def test_do_not_prove_again(self, beside, monkeypatch):
-        from fuzzyctl.analysis.induction import prover
-
         sweep = Robots()
         scenario = sweep.read(beside(), ())
         sweep.check(scenario, ["mine", "aifqsmc"])
         copied = pickle.loads(pickle.dumps(sweep))
-        for module, name in ((prover, "verdicts"), (fuzzyctl, "prove"), (fuzzyctl, "output_bounds")):
-            monkeypatch.setattr(module, name, None)
+        for name in ("fuzzyctl.analysis.induction.prover.verdicts", "fuzzyctl.prove", "fuzzyctl.output_bounds"):
+            monkeypatch.setattr(name, None)
         for law in ("mine", "aifqsmc"):
             assert copied.prepare(scenario, law, ()).used == sweep.check(scenario, [law])
 
@@ -114,22 +83,9 @@ class TestRun:
         difference = own["v_c"][0] - text["v_c"][0]
         assert difference == pytest.approx(0.5 * text["x_e"][0] + np.array([0.0, 0.25, 0.0]))
 
-    @pytest.mark.skipif(not COMPILED, reason="needs numba")
-    def test_computes_the_same_without_the_compiler(self, beside):
-        usual = run(beside())
-        controller = load(beside().with_name("mine.fz"), block=Controller)
-        step = law_text.compiled(controller, "python")
-        state = step.start()
-        (v_c, *_), _ = step(*([0.25] * len(law_text.OFFERED)), state, dt=0.005)
-        assert v_c == 0.25 + 0.5 * 0.25
-        assert usual.law_values.shape == (201, 3, 1)
-
-    def test_without_params_and_states_it_runs(self, beside):
-        assert run(beside("controller mine\ninput x_e\noutput v_c = x_e\noutput omega_c = 0\n")).stop is None
-
     def test_a_number_that_sets_how_many_states_there_are_is_compiled_in(self, beside):
         text = LAW.replace("k * x_e + slow", "k * delay(x_e, n) + slow").replace("param k", "param n = 2\nparam k")
-        found = run(beside(text), "robot.controllers.mine.n=2")
+        found = run(beside(text), "", "robot.controllers.mine.n=2")
         assert found["v_c"][0, 0] != found["v_c"][1, 0]
 
     def test_an_output_that_has_no_value_stops_the_run(self, beside):
@@ -157,10 +113,7 @@ class TestMistakes:
     def test_are_answered_with_the_place_in_the_text_and_in_the_scenario(self, beside, what):
         old, new, words = MISTAKES[what]
         assert old in LAW
-        scenario = beside(LAW.replace(old, new))
-        with pytest.raises(DiagnosticError) as caught:
-            checked(scenario)
-        shown = str(caught.value)
+        shown = here("check", beside(LAW.replace(old, new)), status=1).stderr
         for word in [*words, "mine.fz"]:
             assert word in shown
         assert what == "no controller" or "mine.toml:3" in shown
@@ -170,60 +123,39 @@ class TestMistakes:
             ("robot.controllers.mine.k=9", "robot.controllers.mine.k must be in (0, 5] 1/s, got 9"),
             ("robot.controllers.mine.q=9", "robot.controllers.mine.q: mine.fz has no param 'q'"),
         ):
-            with pytest.raises(DiagnosticError) as caught:
-                checked(beside(), override)
-            (one,) = caught.value.diagnostics
+            (one,) = diagnostics(run, beside(), "", override)
             assert words in one.message
             assert one.file == f"--set {override}"
 
     def test_two_files_of_one_name_are_refused(self, beside):
         scenario = beside()
         scenario.with_name("mine.py").write_text("", encoding="utf-8")
-        with pytest.raises(DiagnosticError, match=r"in two files, mine\.py and mine\.fz"):
-            checked(scenario)
+        (one,) = diagnostics(run, scenario)
+        assert "in two files, mine.py and mine.fz" in one.message
 
     def test_a_part_that_the_law_does_not_have_cannot_be_left_out(self, beside):
-        with pytest.raises(DiagnosticError, match="has no param 'luck', which mine_without_luck sets to 0"):
-            checked(beside(), law="mine_without_luck")
+        (one,) = diagnostics(run, beside(), "mine_without_luck")
+        assert "has no param 'luck', which mine_without_luck sets to 0" in one.message
 
 
-class TestVarying:
-    def test_are_the_params_that_no_start_and_no_system_depends_on(self, beside):
-        controller = load(beside().with_name("mine.fz"), block=Controller)
-        assert law_text.varying(controller) == ("k",)
-
-    def test_what_holds_for_some_values_only_is_proved_for_these(self, beside):
+class TestProofs:
+    def test_that_hold_for_some_values_only_are_for_these(self, beside):
         scenario = beside(LAW.replace("require", "require k <= 1\nrequire"))
-        checked(scenario)
-        with pytest.raises(DiagnosticError, match="k <= 1"):
-            checked(scenario, "robot.controllers.mine.k=2")
+        assert run(scenario).stop is None
+        assert "k <= 1" in f"{diagnostics(run, scenario, '', 'robot.controllers.mine.k=2')[0]}"
 
-    def test_a_proof_for_all_values_takes_a_tenth_of_the_time_at_most(self, beside, monkeypatch):
-        limits = []
+    def test_one_holds_for_all_values_of_params_that_no_start_depends_on(self, beside, monkeypatch):
+        free, prove = [], prover.verdicts
 
-        def undecided(controller, timeout, progress=None, free=()):
-            limits.append((timeout, free))
-            return Verdicts([Undecided("slow", "")])
+        def counted(controller, timeout, progress=None, free_params=()):
+            free.append((timeout, tuple(free_params)))
+            return prove(controller, timeout, progress, free_params)
 
-        monkeypatch.setattr("fuzzyctl.analysis.induction.prover.verdicts", undecided)
+        monkeypatch.setattr(prover, "verdicts", lambda *a, free=(), **k: counted(*a, free_params=free, **k))
         monkeypatch.setattr("fuzzyctl.analysis.prove.TIMEOUT", 5.0)
-        law_text.Assembled(load(beside().with_name("mine.fz"), block=Controller)).proved({"k": 0.5, "start": 0.0})
-        assert limits == [(0.5, ("k",)), (5.0, ())]
-
-    def test_one_proof_holds_for_all_values_of_the_others(self, beside):
-        assembled = law_text.Assembled(load(beside().with_name("mine.fz"), block=Controller))
-        first = assembled.proved({"k": 0.5, "start": 0.0})
-        assert [type(v) for v in first] == [Proved, Proved]
-        assert assembled.proved({"k": 4.0, "start": 0.0}) is first
-        assert assembled.proved({"k": 4.0, "start": 0.5}) is not first
-
-
-def test_a_sweep_knows_the_text_of_its_law(beside):
-    robots = Robots()
-    before = robots.check(read(beside()), ["mine"])
-    after = Robots().check(read(beside(LAW.replace("0.6 * y_e", "0.7 * y_e"))), ["mine"])
-    assert list(before) == ["law/mine.fz"]
-    assert before["law/mine.fz"].sha256 != after["law/mine.fz"].sha256
+        more = "[robots.leader.controllers.mine]\nk = 4\n[robots.follower1.controllers.mine]\nstart = 0.5\n"
+        run(beside(more=more))
+        assert free == [(0.5, ("k",)), (0.5, ("k",))]  # once for each start
 
 
 def test_a_sweep_is_not_resumed_after_its_law_changed_and_keeps_what_it_has(beside, tmp_path):
@@ -256,6 +188,13 @@ WITH_GAIN = 'use "my_gain.fz"\n' + LAW.replace("0.6 * y_e", "push") + "output pu
 ROLE = '[rules.my_gain]\nfile = "my_gain.fz"\n'
 
 
+def described(scenario, *folders):
+    """Return the summary of a short run."""
+    rules = [word for folder in folders for word in ("--rules", folder)]
+    options = ("--set", "run.horizon=0.05", "--format", "json", "-o", scenario.parent / "out")
+    return json.loads(here("run", scenario, *rules, *options).stdout)
+
+
 class TestAGainOfOnesOwn:
     @pytest.fixture
     def scenario(self, beside, tmp_path):
@@ -263,31 +202,22 @@ class TestAGainOfOnesOwn:
         return beside(WITH_GAIN, ROLE)
 
     def test_has_its_params_from_the_scenario_and_its_checksum_in_the_summary(self, scenario):
-        usual, weak = run(scenario, "run.horizon=0.05"), run(scenario, "run.horizon=0.05", "rules.my_gain.most=0.1")
+        usual = run(scenario, "", "run.horizon=0.05")
+        weak = run(scenario, "", "run.horizon=0.05", "rules.my_gain.most=0.1")
         assert np.abs(weak["push"]).max() == pytest.approx(np.abs(usual["push"]).max() / 8.0, rel=0.2)
-        file = checked(scenario)
-        rules = rules_of(file)
-        preflight.check(file, ["mine"], rules)
-        assert describe(Task(file, rules, ()))["rules"]["my_gain"]["file"] == "my_gain.fz"
+        assert described(scenario)["rules"]["my_gain"]["file"] == "my_gain.fz"
 
     def test_is_replaced_by_a_file_of_another_folder(self, scenario, tmp_path):
         (tmp_path / "other").mkdir()
         (tmp_path / "other" / "my_gain.fz").write_text(GAIN.replace("input e", "input q").replace("= e", "= q"))
-        file = read(scenario)
-        rules = Rules(file.scenario.rules, (tmp_path / "other", *file.folders), file.places)
-        with pytest.raises(DiagnosticError, match="does not fit the role my_gain"):
-            preflight.check(file, ["mine"], rules)
+        found = diagnostics(lambda: run(scenario, folders=(tmp_path / "other",)))
+        assert "does not fit the role my_gain" in found[0].message
 
     def test_of_another_folder_stands_in_the_summary_of_the_law(self, scenario, tmp_path):
         (tmp_path / "other").mkdir()
         other = tmp_path / "other" / "my_gain.fz"
         other.write_text(GAIN.replace("0.8", "0.7"), encoding="utf-8")
-        file, found = read(scenario), []
-        for folders in (file.folders, (other.parent, *file.folders)):
-            rules = Rules(file.scenario.rules, folders, file.places)
-            preflight.check(file, ["mine"], rules)
-            found.append(describe(Task(file, rules, ())))
-        (usual, changed), law = found, scenario.with_name("mine.fz")
+        law, usual, changed = scenario.with_name("mine.fz"), described(scenario), described(scenario, other.parent)
         assert list(usual["laws"]["mine.fz"]["files"]) == ["mine.fz", "my_gain.fz"]
         files = changed["laws"]["mine.fz"]["files"]
         assert list(files) == ["mine.fz", "my_gain/my_gain.fz"]
@@ -296,23 +226,18 @@ class TestAGainOfOnesOwn:
         assert changed["laws"]["mine.fz"]["sha256"] == whole
 
     def test_is_proved_with_the_law_and_by_itself(self, scenario, tmp_path):
-        with pytest.raises(DiagnosticError, match="'push <= 1' does not hold"):
-            checked(scenario, "rules.my_gain.most=1.5")
+        (one, *_) = diagnostics(run, scenario, "", "rules.my_gain.most=1.5")
+        assert "'push <= 1' does not hold" in one.message
         (tmp_path / "my_gain.fz").write_text(GAIN.replace("k <= most", "k <= 0.1"), encoding="utf-8")
-        with pytest.raises(DiagnosticError, match=r"'k <= 0\.1' does not hold"):
-            checked(scenario)
+        assert "'k <= 0.1' does not hold" in diagnostics(run, scenario)[0].message
 
     def test_is_a_warning_in_a_run_that_does_not_call_it(self, scenario):
-        file = read(scenario)
-        rules = rules_of(file)
-        preflight.check(file, ["smc"], rules)
-        assert [d.message for d in rules.warnings] == [
-            "rules.my_gain is not used: no control law of this run calls a system my_gain"
-        ]
+        options = ("--controller", "smc", "--set", "run.horizon=0.05", "-o", scenario.parent / "out")
+        unused = "rules.my_gain is not used: no control law of this run calls a system my_gain"
+        assert unused in here("run", scenario, *options).stderr
 
     def test_is_an_unknown_key_where_only_shipped_laws_are_named(self, scenario):
-        with pytest.raises(DiagnosticError, match=r"unknown key rules\.my_gain"):
-            read(scenario, ["run.controller=smc"])
+        assert "unknown key rules.my_gain" in mistakes(scenario, "run.controller=smc")[0].message
 
 
 class TestWhatALawSees:
@@ -334,7 +259,7 @@ output now = t
 
     def test_are_the_velocities_of_the_reference_the_wheels_and_the_time(self, beside):
         file = read(beside(self.SEES, "[load]\nmass_factor = 1.0\n"), ["run.horizon=1"])
-        found = simulate.run(simulate.prepare(file, "mine", rules_of(file)))
+        found = simulate.simulate(file)
         shape, leader = file.shape, 0
         assert found["now"][:, leader] == pytest.approx(found.t)
         assert np.array_equal(found["seen_v"], found["v"])
@@ -348,7 +273,7 @@ output now = t
 
     def test_of_a_follower_is_its_place_which_moves_along_the_auxiliary_orientation(self, beside):
         file = read(beside(self.SEES), ["run.horizon=1", "disturbances=[]"])
-        found = simulate.run(simulate.prepare(file, "mine", rules_of(file)))
+        found = simulate.simulate(file)
         dt, one = file.scenario.run.dt, 1
         rate = np.diff(found["theta_r_star"][:, one]) / dt
         assert found["omega_c"][:-1, one] == pytest.approx(rate, abs=1e-6)

@@ -1,0 +1,167 @@
+"""A law in Python: run, and answers to its mistakes, with the law's file and line."""
+
+import os
+import re
+
+import numpy as np
+import pytest
+
+from dwmr.core.jit import COMPILED
+from tests.dwmr.scenarios import diagnostics, mistakes, run
+
+LAW = """
+from dwmr.core.interfaces import Law, Signal, control_law
+from dwmr.control.laws.settings import LawSettings
+from dwmr.config.quantities import quantity
+import numpy as np
+
+SIGNALS = (Signal("twice", "m", "twice the error"),)
+FAULTS = {}
+
+class Settings(LawSettings):
+    k: float = quantity("gain", "1/s", gt=0)
+
+def init(settings, rules, robot):
+    return Law(np.array([settings.k]), np.zeros(1), ())
+
+@control_law()
+def step(error, dt, gains, state, kernels, next_state, signals):
+    signals[0] = 2.0 * error.x_e
+    return error.drift_x + gains[0] * error.x_e, error.drift_theta + error.theta_e_star, 0
+"""
+
+#: What a law in Python has beside its signals.
+PARTS = """from types import SimpleNamespace
+Settings = init = step = None
+FAULTS = {}
+def S(name):
+    return SimpleNamespace(name=name)
+"""
+
+
+class TestPythonLaw:
+    def beside(self, folder, text=LAW):
+        """Put the law and a scenario that names it into a folder; return the scenario."""
+        (folder / "mine.py").write_text(text, encoding="utf-8")
+        scenario = folder / "mine.toml"
+        scenario.write_text(
+            'extends = "paper"\n[run]\ncontroller = "mine"\nhorizon = 2.0\n[robot.controllers.mine]\nk = 0.5\n',
+            encoding="utf-8",
+        )
+        return scenario
+
+    def test_is_found_beside_the_scenario(self, tmp_path):
+        trajectory = run(self.beside(tmp_path))
+        assert trajectory.stop is None
+        assert trajectory["twice"] == pytest.approx(2.0 * trajectory["x_e"])
+
+    def test_may_allocate(self, tmp_path):
+        text = LAW.replace("2.0 * error.x_e", "np.array([error.x_e, error.x_e]).sum()")
+        trajectory = run(self.beside(tmp_path, text))
+        assert trajectory["twice"] == pytest.approx(2.0 * trajectory["x_e"])
+
+    def test_is_read_again_when_its_file_has_changed(self, tmp_path):
+        before = run(self.beside(tmp_path))
+        changed = self.beside(tmp_path, LAW.replace("signals[0] = 2.0", "signals[0] = 3.0"))
+        os.utime(tmp_path / "mine.py", ns=(1, 1))  # a change within the resolution of the clock
+        after = run(changed)
+        assert after["twice"] == pytest.approx(1.5 * before["twice"])
+
+    @pytest.mark.parametrize(
+        ("before", "after", "words"),
+        [
+            ("np.zeros(1), ())", "np.zeros(0))", "TypeError: .*missing 1 required positional argument: 'kernels'"),
+            ("Law(np.array([settings.k]), np.zeros(1), ())", "None", "TypeError: init returns NoneType, not Law"),
+            ("settings.k]", "settings.q]", "AttributeError: .*q"),
+        ],
+    )
+    def test_whose_init_is_broken_is_named_with_its_line(self, tmp_path, before, after, words):
+        scenario = self.beside(tmp_path, LAW.replace(before, after))
+        (one,) = diagnostics(run, scenario)
+        assert "the control law mine cannot be prepared" in one.message
+        assert re.search(words, f"{one}")
+        assert str(tmp_path / "mine.py") in one.place
+
+    @pytest.mark.skipif(not COMPILED, reason="needs numba")
+    def test_that_does_not_compile_is_reported_with_the_unknown_name(self, tmp_path):
+        (one,) = diagnostics(run, self.beside(tmp_path, LAW.replace("gains[0] *", "nosuchgain *")))
+        assert "cannot be imported" in one.message
+        assert "nosuchgain" in one.facts[0]
+
+    def test_does_not_take_the_place_of_a_shipped_law(self, tmp_path):
+        (tmp_path / "mine.toml").write_text('extends = "paper"\n[run]\nhorizon = 0.01\n', encoding="utf-8")
+        (tmp_path / "smc.py").write_text("raise RuntimeError", encoding="utf-8")
+        assert run(tmp_path / "mine.toml", "smc").stop is None
+
+    @pytest.mark.parametrize("name", ["yours", "../mine", "mine.py", "", "a b"])
+    def test_of_another_name_or_folder_is_unknown(self, tmp_path, name):
+        (tmp_path / "inner").mkdir()
+        scenario = self.beside(tmp_path / "inner")
+        (tmp_path / "inner" / "mine.py").rename(tmp_path / "mine.py")
+        one = mistakes(scenario, f'run.controller="{name}"')[0]
+        assert f"unknown controller '{name}'" in one.message or name == ""
+
+    def test_that_breaks_is_named_with_its_line(self, tmp_path):
+        (one,) = diagnostics(run, self.beside(tmp_path, "import numpy\n\n1 / 0\n"))
+        assert "ZeroDivisionError" in f"{one}"
+        assert one.place == f"{tmp_path / 'mine.py'}:3:1"
+
+    @pytest.mark.skipif(not COMPILED, reason="plain Python checks indices itself")
+    @pytest.mark.parametrize(("right", "wrong"), [("signals[0]", "signals[1]"), ("gains[0]", "gains[7]")])
+    def test_indices_beyond_an_array_are_errors_of_the_law(self, tmp_path, right, wrong):
+        (one,) = diagnostics(run, self.beside(tmp_path, LAW.replace(right, wrong)))
+        assert "the control law mine cannot be run" in one.message
+        assert one.facts[0].startswith("IndexError: index ")
+        assert one.span.text.startswith(wrong)
+        assert "'signals' is as long as SIGNALS" in one.help
+
+    @pytest.mark.parametrize(
+        "changes", [["robot.noise.x=0.01", 'robot.sensors.pose="odometry"', "obstacles.0.velocity=[0.1, 0.0]"], []]
+    )
+    def test_an_error_is_found_again_in_its_period(self, tmp_path, changes):
+        def trajectory(text):
+            return run(self.beside(tmp_path, text), "", *changes)
+
+        whole = trajectory(LAW)
+        sizes = np.abs(whole["twice"])[20:]  # later than the start
+        k = 20 + int(sizes.max(axis=1).argmax())
+        worst = float(sizes.max())
+        condition = f"error.t < 0.0975 or abs(2.0 * error.x_e) < {worst!r}"
+        broken = LAW.replace("    return error", f"    assert {condition}, 'far'\n    return error")
+        ended = trajectory(broken)
+        assert ended.values.tolist() == whole.values[:k].tolist()
+        stop = ended.stop
+        assert (stop.t, stop.reason) == (whole.t[k], "AssertionError: far")
+        assert stop.mistake.span.text == condition.partition(" or ")[2]
+        x_e = whole["twice"][k, whole.robots.index(stop.robot)] / 2.0
+        assert f"robot {stop.robot}: x_e = {x_e:.6g}, " in stop.mistake.facts[-1]
+
+    def test_stops_a_run_with_its_reason_and_the_last_row_is_whole(self, tmp_path):
+        faulty = LAW.replace("FAULTS = {}", 'FAULTS = {1: "the gain is too large"}').replace(
+            "theta_e_star, 0", "theta_e_star, 1 if gains[0] > 5.0 and error.drift_x > 0.5 else 0"
+        )
+        scenario = self.beside(tmp_path, faulty)
+        trajectory = run(scenario, "", "robots.follower1.controllers.mine.k=6", "run.horizon=20")
+        assert trajectory.stop is not None
+        assert (trajectory.stop.robot, trajectory.stop.reason) == ("follower1", "the gain is too large")
+        assert trajectory["x"][-1] == pytest.approx(trajectory["x"][-2], abs=0.02)
+        assert (trajectory["x"][-1] != 0.0).all()
+        assert (trajectory["twice"][-1] != 0.0).all()
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            ("x = 1\nraise RuntimeError('no luck')\n", "RuntimeError: no luck"),
+            ("def f(:\n", "SyntaxError"),
+            ("import nosuchmodule\n", "No module named 'nosuchmodule'"),
+            ("SIGNALS = ()\n", "has no Settings, FAULTS, init, step"),
+            (f"{PARTS}SIGNALS = (S('x'),)\n", "signal 'x' of the control law mine has the name of another column"),
+            (f"{PARTS}SIGNALS = (S('t'),)\n", "rename it, as to t_law"),
+            (f"{PARTS}SIGNALS = (S('a'), S('a'))\n", "the control law mine has two signals 'a'"),
+            (f"{PARTS}SIGNALS = ('a',)\n", "cannot be checked"),
+        ],
+    )
+    def test_that_cannot_be_imported_is_named(self, tmp_path, text, words):
+        one = diagnostics(run, self.beside(tmp_path, text))[0]
+        assert words in f"{one}"
+        assert str(tmp_path / "mine.py") in one.place

@@ -1,0 +1,74 @@
+"""Scenarios of the tests: those of the paper, short runs, and mistakes."""
+
+from functools import cache
+
+import pytest
+
+from dwmr import Known, find, measure, read, simulate
+from fuzzyctl import DiagnosticError
+from tests.shipped import rules_folder
+
+PAPER = find("paper")
+ROBOTS = ("leader", "follower1", "follower2")
+#: A disturbance after which the run diverges at 1.005 s.
+DIVERGES = ("disturbances.0.start=1", "disturbances.0.force=1e300")
+
+
+def diagnostics(call, *arguments):
+    """Return the diagnostics with which a call is refused."""
+    with pytest.raises(DiagnosticError) as caught:
+        call(*arguments)
+    return caught.value.diagnostics
+
+
+def mistakes(path, *overrides):
+    """Return the diagnostics of a scenario with mistakes, a path or the name of a shipped one."""
+    return diagnostics(read, find(str(path)), overrides)
+
+
+def messages(path, *overrides):
+    """Return the messages of a scenario with mistakes."""
+    return [one.message for one in mistakes(path, *overrides)]
+
+
+def warned(path, *overrides):
+    """Return the messages of a scenario's warnings."""
+    return [one.message for one in read(find(str(path)), overrides).warnings]
+
+
+def run(path, law="", *overrides, folders=()):
+    """Return the trajectory of a scenario, a path or the name of a shipped one."""
+    return simulate(read(find(str(path)), overrides), law, folders)
+
+
+#: Compiled code of the shipped rule files, whose guarantees other tests prove.
+KNOWN = Known(proved=True)
+
+
+@cache
+def shared(name, law, *overrides):
+    """Return file and trajectory of a shipped scenario; equal calls share one run."""
+    file = read(find(name), overrides)
+    return file, simulate(file, law, known=KNOWN)
+
+
+@cache
+def measured(name, law, *overrides):
+    """Return the measures of a shipped scenario; equal calls share one run."""
+    file, trajectory = shared(name, law, *overrides)
+    return measure(trajectory, file.scenario)
+
+
+def edited_rules(folder, name, *replacements):
+    """Write a shipped rule file with some text replaced into a folder; return the folder."""
+    return edited(rules_folder() / name, folder / name, *replacements).parent
+
+
+def edited(source, target, *replacements):
+    """Write a file with some text replaced, once each; return the new file."""
+    text = source.read_text(encoding="utf-8")
+    for old, new in replacements:
+        assert old in text
+        text = text.replace(old, new, 1)
+    target.write_text(text, encoding="utf-8")
+    return target
