@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 #: Whether all is drawn; tests/conftest.py sets it before any test is imported.
@@ -20,3 +22,10 @@ def examples(everything: int, some: int | None = None) -> int:
     if LONG:
         return everything
     return max(min(4, everything), everything // 6) if some is None else some
+
+
+def some(everything: list[Any], share: int) -> list[Any]:
+    """Return parameters of a law: before a release all, in the test line the first of each `share` of them."""
+    marks = [[pytest.mark.long] if k % share else [] for k in range(len(everything))]
+    rows = (row if isinstance(row, tuple) else (row,) for row in everything)
+    return [pytest.param(*row, marks=mark) for row, mark in zip(rows, marks, strict=True)]

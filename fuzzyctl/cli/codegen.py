@@ -61,16 +61,18 @@ class Options:
     "--float",
     "precision",
     type=click.Choice(["float", "double"]),
-    help="Numbers of C and Structured Text.  [default: double]",
+    help="Floating-point type in C and Structured Text.  [default: double]",
 )
-@click.option("--fixed", "fixed", metavar="Qm.n", help="Integers instead, such as Q3.12; with --target c.")
-@click.option("--table", "table", type=click.IntRange(2, 4096), metavar="N", help="A lookup table, N points an input.")
+@click.option("--fixed", "fixed", metavar="Qm.n", help="Fixed-point integers, such as Q3.12; with --target c.")
+@click.option(
+    "--table", "table", type=click.IntRange(2, 4096), metavar="N", help="A lookup table with N points for each input."
+)
 @click.option(
     "--free",
     "free",
     metavar="NAME",
     multiple=True,
-    help="A number of a controller that its caller gives; may be repeated.",
+    help="A number of a controller that its caller sets; may be repeated.",
 )
 @click.option(
     "--step", type=click.FloatRange(1e-9, 1e9), metavar="SECONDS", help="Sample time of a plant, not for an FMU."
@@ -82,7 +84,7 @@ class Options:
     show_default=True,
     help="Steps of integration of a plant in a sample time.",
 )
-@click.option("--unproved", is_flag=True, help="Write it although a guarantee of it does not hold.")
+@click.option("--unproved", is_flag=True, help="Write it even if a guarantee does not hold.")
 @FORMAT
 @chooses
 @QUIET
@@ -90,8 +92,8 @@ class Options:
 def codegen(file: str, form: str, choice: Choice, unproved: bool, **options: Any) -> int:
     """Write a system, controller or plant as C, Structured Text, Python, JavaScript or an FMU.
 
-    C is C99, Structured Text that of IEC 61131-3, an FMU one for co-simulation around the C. A file with a controller
-    is written as its controller. A plant is written as difference equations: steps of Runge and Kutta, as in loops,
+    C is C99, Structured Text follows IEC 61131-3, and an FMU is for co-simulation and contains the C. If the file has a
+    controller, the controller is written. A plant is written as difference equations: Runge-Kutta steps, as in loops,
     with inputs held for --step seconds.
 
     \b
@@ -101,9 +103,9 @@ def codegen(file: str, form: str, choice: Choice, unproved: bool, **options: Any
     fuzzyctl codegen tipper --target fmu -o tipper.fmu
     fuzzyctl codegen water_tank --block tank --target c --step 0.05 -o build
 
-    C comes with a self-test to compile and run on the target. Errors of fixed point and of tables are proved, and stand
-    at the head of the file; where none can be proved the system is refused. So is a
-    block whose guarantee is refuted, unless '--unproved' is given.
+    C comes with a self-test to compile and run on the target. The errors of fixed point and of tables are bounded by a
+    proof, and the bounds are printed at the head of the file; a system without a proved bound is refused. A block with
+    a refuted guarantee is refused, too, unless '--unproved' is given.
     """
     o = Options(**options)
     fixed = _fixed_format(o)

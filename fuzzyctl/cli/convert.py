@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("source", metavar="IN")
 @click.argument("target", metavar="OUT")
-@click.option("--to", "wanted", metavar="FORMAT", help="The format, where the suffix of OUT does not say it.")
+@click.option("--to", "wanted", metavar="FORMAT", help="The format, if the suffix of OUT does not name it.")
 @click.option("--lossy", is_flag=True, help="Write it even though the format cannot express all of it.")
 @click.option("--force", is_flag=True, help="Replace OUT if it has another text, and pictures of a page if they exist.")
 @POINTS
@@ -64,12 +64,12 @@ def convert(
     fuzzyctl convert tipper tipper.md        a page with tables and pictures
     fuzzyctl convert tipper - --to python    a module that builds it
 
-    The suffix of OUT says the format: .fz .fll .fis .fcl .fml .xml, and .py and .md, which are not read back. OUT may
-    be '-' for standard output, together with --to. The report goes to standard error then.
+    The suffix of OUT names the format: .fz .fll .fis .fcl .fml .xml, and .py and .md, which are not read back. OUT may
+    be '-' for standard output, together with --to; the report then goes to standard error.
 
-    What is written is read back, and both are compared at corners of terms, on an even grid and at random points. What
-    the format cannot express is listed; if that changes an output by more than 0.1 % of its range nothing is written
-    without --lossy.
+    The written file is read back, and both systems are compared at corners of terms, on an even grid and at random
+    points. Settings that the format cannot express are listed; if they change an output by more than 0.1 % of its
+    range, nothing is written without --lossy.
     """
     to = _target(target, wanted)
     if target != "-":
@@ -177,7 +177,7 @@ def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:
 def _report(source: str, target: str, conversion: Conversion, refused: bool) -> list[str]:
     lines = [] if refused else [f"wrote {target}"] if target != "-" else []
     harmless, lost = [x for x in conversion.losses if x.exact], list(conversion.lossy)
-    lines += _listed("said in another way, or left out; no number changes:", harmless)
+    lines += _listed("written differently, or left out; no number changes:", harmless)
     lines += _listed("cannot be expressed, and changes numbers:", lost)
     if conversion.read_back is not None:
         from fuzzyctl.comparison.presentation import compared_text

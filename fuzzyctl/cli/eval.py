@@ -25,6 +25,7 @@ from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from fuzzyctl.explain.trace import Trace
     from fuzzyctl.model.system import FuzzySystem
@@ -148,6 +149,11 @@ def why(
     block = load_evaluable(file, choice)
     if out is not None and block.kind != "system":
         raise click.UsageError("-o draws the rules of a system; name one with --block")
+    target = None
+    if out is not None:
+        from fuzzyctl.cli.plot import picture_file
+
+        target = picture_file(out, out)
     point = point_of(block, values, "why")
     before = state_of(compile(block, "python"), state) if state else None
     if block.kind == "system":
@@ -165,17 +171,16 @@ def why(
     else:
         show(warnings)
         report(trace_text(explained, most))
-    if out is not None:
+    if target is not None:
         assert isinstance(explained, Trace)
-        _draw(block, explained, out, svg_text, most)
+        _draw(block, explained, target, svg_text, most)
         say(f"wrote {out}", err=form == "json")
     return DONE
 
 
-def _draw(system: FuzzySystem, explained: Trace, out: str, svg_text: bool, most: int) -> None:
-    from fuzzyctl.cli.plot import picture_file
+def _draw(system: FuzzySystem, explained: Trace, target: Path, svg_text: bool, most: int) -> None:
     from fuzzyctl.plot.rule_viewer import draw_rules
     from fuzzyctl.plot.style import saved
 
-    with saved(picture_file(out, out), svg_text=svg_text) as figure:
+    with saved(target, svg_text=svg_text) as figure:
         draw_rules(figure, system, explained, most)

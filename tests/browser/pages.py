@@ -12,8 +12,10 @@ from click.testing import CliRunner
 
 from dwmr.cli.main import main as robots
 from fuzzyctl import compile, load
-from fuzzyctl.cli.main import main
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.testing import run_command
+
+#: The shipped rule files.
+RULES = Path(__file__).parents[2] / "rules"
 
 #: Nine inputs, names that would be markup, an output that has no value and one that may be infinite.
 HOSTILE = """system bad "</script><script>console.error(1)</script> <!-- & <b>"
@@ -98,12 +100,12 @@ def write(folder: Path) -> None:
     (folder / "curved.fz").write_text(CURVED, encoding="utf-8")
     (folder / "gap.fz").write_text(GAP, encoding="utf-8")
     own = [folder / f"{name}.fz" for name in ("hostile", "curved", "gap")]
-    sources = [*sorted(rules_folder().rglob("*.fz")), MANY_BLOCKS, *own]
+    sources = [*sorted(RULES.rglob("*.fz")), MANY_BLOCKS, *own]
     asked = {}
     for source in sources:
         page = folder / f"{source.stem}.html"
-        done = CliRunner().invoke(main, ["page", str(source), "-o", str(page)])
-        assert done.exit_code == 0, done.output
+        done = run_command("page", source, "-o", page)
+        assert done.exit_code == 0, done.errors
         facts = re.search(r'id="facts">(.*?)</script>', page.read_text(encoding="utf-8"), flags=re.DOTALL)
         asked[page.name] = [expected(source, section) for section in json.loads(facts[1])["sections"]]
     report = folder / "report.html"

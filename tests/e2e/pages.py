@@ -14,9 +14,9 @@ How an example is written:
 - ``` without a language is ```fz where it begins with `system`.
 
 Each page begins in an empty folder, the README with a copy of the shipped rules/. How-tos, tutorials and README are
-followed twice, the second time over what the first one left; those that take seconds only before a release
-(tests/sizes.py). In the test line commands of the project run within the test's process, before a release all are run
-by a shell. `follow_pages.py` follows all pages in one folder, with the wheel alone.
+followed twice, the second time over what the first one left; those that take seconds, or write no file, only before a
+release (tests/sizes.py). In the test line commands of the project run within the test's process, before a release all
+are run by a shell. `follow_pages.py` follows all pages in one folder, with the wheel alone.
 """
 
 from __future__ import annotations
@@ -33,11 +33,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fuzzyctl.analysis.check import check_source
-from fuzzyctl.diagnostics import diagnostic
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.lang import syntax
-from fuzzyctl.lang.parser import parse
+from fuzzyctl.testing import check_text
 from tests.e2e.commands import run_here
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -177,9 +173,9 @@ class Session:
         """Check a whole system, or a fragment within one. Files may hold mistakes: a command shows them."""
         if block.file:
             return
-        _, found = check_source(SourceText(self.where(block), completed(block.text)), guarantees=False)
+        _, found = check_text(completed(block.text), self.where(block), guarantees=False)
         mistakes = [d for d in found if d.severity == "error"]
-        assert not mistakes, diagnostic.render_all(mistakes)
+        assert not mistakes, "\n".join(map(str, mistakes))
 
     def run_python(self, block: Block) -> None:
         """Run doctests or plain code."""
@@ -250,32 +246,39 @@ def completed(text: str) -> str:
     Whatever the fragment does not declare is added: `system example`, the inputs `e` and `de` and the output `u`, each
     with the terms N, Z and P over [-1, 1], and rules that use every term of the output.
     """
-    tree, _ = parse(SourceText("fragment", text))
-    kinds = {type(s) for s in tree.statements}
-    inputs = [s for s in tree.statements if isinstance(s, syntax.Variable) and s.keyword.text == "input"]
-    outputs = [s for s in tree.statements if isinstance(s, syntax.Variable) and s.keyword.text == "output"]
+    lines = re.sub(r"#.*", "", text).splitlines()
+    keywords = {line.split()[0] for line in lines if line.strip()}
+    names = {kind: [m[1] for line in lines if (m := re.match(rf"{kind} (\w+)", line))] for kind in ("input", "output")}
     added = []
-    if syntax.System not in kinds:
+    if "system" not in keywords:
         added.append("system example")
-    if not inputs:
+    if not names["input"]:
         added += ["input e in [-1, 1]", "terms N Z P", "input de in [-1, 1]", "terms N Z P"]
-    if not outputs:
+    if not names["output"]:
         added += ["output u in [-1, 1] else 0", "terms N Z P"]
-    if not kinds & {syntax.Rule, syntax.Table}:
+    if not keywords & {"if", "table", "otherwise"}:
         head = "e is N"
-        if inputs:
-            head = f"{inputs[0].name.text} is {_terms(inputs[0])[0]}"
-        for name, terms in [(o.name.text, _terms(o)) for o in outputs] or [("u", ["N", "Z", "P"])]:
+        if names["input"]:
+            head = f"{names['input'][0]} is {_terms(lines, 'input', names['input'][0])[0]}"
+        for name, terms in [(o, _terms(lines, "output", o)) for o in names["output"]] or [("u", ["N", "Z", "P"])]:
             added += [f"if {head} then {name} is {term}" for term in terms]
             added.append(f"if not {head} then {name} is {terms[0]}")
     return "\n".join([text.rstrip("\n"), *added, ""])
 
 
-def _terms(variable: syntax.Variable) -> list[str]:
-    names: list[str] = []
-    for line in variable.terms:
-        names += [i.name.text for i in line.items] if isinstance(line, syntax.TermsLine) else [line.name.text]
-    return names
+def _terms(lines: list[str], kind: str, name: str) -> list[str]:
+    """Return the terms of a variable: those of its `terms` lines, and of its lines `NAME = ...`."""
+    below = iter(lines)
+    next(line for line in below if re.match(rf"{kind} {name}\b", line))
+    found: list[str] = []
+    for line in below:
+        if match := re.match(r" +terms (.*)", line):
+            found += re.findall(r"(?:^| )([^\W\d]\w*)", match[1])
+        elif match := re.match(r" +(\w+) *=", line):
+            found.append(match[1])
+        elif line.strip():
+            break
+    return found
 
 
 def without_code(page: Path) -> str:

@@ -65,6 +65,12 @@ def pictures(page: Path) -> Iterator[Picture]:
         yield Picture(page, kind or "command", source, (page.parent / path).resolve())
 
 
+def is_example(picture: Picture) -> bool:
+    """Whether the command of a picture is an example of its page, which is run there."""
+    text = picture.page.read_text(encoding="utf-8")
+    return picture.kind == "command" and f"$ {picture.source}\n" in text
+
+
 def made(picture: Picture, folder: Path) -> Path:
     """Run the command of a picture in a folder and return the file that it writes there."""
     shutil.copytree(ROOT / "rules", folder / "rules")

@@ -1,16 +1,16 @@
 """The page of semantics profiles says what the profiles are: its tables are written from them."""
 
+import dataclasses
 import os
 import re
 from pathlib import Path
 
 import pytest
 
-from fuzzyctl.formats.fz import otherwise_text
-from fuzzyctl.model.method import KNOBS, OVER_SETS, Defuzzifier, Method, Semantics
-from fuzzyctl.model.profiles import PROFILES
-from fuzzyctl.resolve.settings import CHOICES
+from fuzzyctl.model.profiles import OVER_SETS, PROFILES, Defuzzifier, Method, Semantics
+from fuzzyctl.testing import check_text
 
+KNOBS = tuple(field.name for field in dataclasses.fields(Semantics) if field.name not in ("profile", "span"))
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "semantics-profiles.md"
 
 
@@ -50,7 +50,9 @@ def rest():
     usual = Method()
     lines = [row("profile", "where no rule fires", "other norms", "sums over rules"), row("---", "---", "---", "---")]
     for p in PROFILES.values():
-        otherwise = f"`else {otherwise_text(p.otherwise)}`" if p.otherwise is not None else "a promise that one does"
+        value = getattr(p.otherwise, "value", p.otherwise)  # a word, or a number of an expression
+        word = f"hold({value.start})" if hasattr(value, "start") else value if isinstance(value, str) else f"{value}"
+        otherwise = f"`else {word.removesuffix('.0')}`" if value is not None else "a promise that one does"
         fields = ("conjunction", "disjunction", "implication", "aggregation")
         norms = [f"`{f} {getattr(p.method, f)}`" for f in fields if getattr(p.method, f) != getattr(usual, f)]
         sums = [f"`{k}`" for k in p.evaluates or () if k not in OVER_SETS] if p.evaluates is not None else ["all"]
@@ -80,7 +82,10 @@ def test_the_page_says_what_the_profiles_are(part):
 
 def test_each_knob_and_each_of_its_values_is_explained():
     explained = PAGE.read_text(encoding="utf-8").split("## Knobs")[1].split("\n## ")[0]
-    for knob, choices in CHOICES.items():
+    for knob in KNOBS:
+        found = check_text(f"system s\nsemantics exact({knob}=zzz)\n")[1]
+        facts = [fact for d in found if d.code == "FZ213" for fact in d.facts if fact.startswith("one of: ")]
         entry = re.search(rf"^- `{knob}`(.*?)(?=^- `|\Z)", explained, flags=re.DOTALL | re.MULTILINE)
         assert entry is not None, knob
+        choices = facts[0].removeprefix("one of: ").split(", ") if facts else []
         assert all(f"`{choice}`" in entry[1] for choice in choices), (knob, choices)

@@ -3,42 +3,47 @@
 from __future__ import annotations
 
 import inspect
+import json
 import re
 from collections.abc import Callable, Iterator
-from typing import Any, get_args
+from typing import Any
 
 import click
 import pytest
+from lsprotocol import types as lsp
 from pydantic import BaseModel
 
 import fuzzyctl
 from dwmr.cli.main import main as dwmr_commands
-from dwmr.scenario.model import Scenario
-from fuzzyctl import expr, formulas
-from fuzzyctl.building import build
-from fuzzyctl.cli.main import main as fuzzyctl_commands
-from fuzzyctl.diagnostics import diagnostic
-from fuzzyctl.kernels.algorithms.select import ALGORITHMS
-from fuzzyctl.kernels.compile import BACKENDS
-from fuzzyctl.lang import syntax
-from fuzzyctl.lang.grammar import grammar_text
-from fuzzyctl.lang.mistakes import BLOCK_FORMS
-from fuzzyctl.lang.syntax import MAX_NAME
-from fuzzyctl.loading.assembly import MAX_FILES
-from fuzzyctl.model.forms import Form
-from fuzzyctl.model.loop import MEASURES, SIGNALS
-from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Grid
-from fuzzyctl.model.plant import PLANTS
-from fuzzyctl.model.profiles import PROFILES
-from fuzzyctl.model.stateful_operators import OPERATORS
-from fuzzyctl.model.variable import Fallback
-from fuzzyctl.resolve.block_names import FUNCTIONS
-from fuzzyctl.resolve.rules import CLAIM_FORMS, MAX_OUTPUTS, MAX_RULES
-from fuzzyctl.resolve.settings import RESOLUTIONS
-from fuzzyctl.resolve.variables import MAX_TERMS
+from dwmr.scenario.file import find, read
+from fuzzyctl import build
+from fuzzyctl.testing import check_text, run_command
 from tests import shipped
 from tests.commands import commands_of
+from tests.commands import main as fuzzyctl_commands
 from tests.e2e.pages import DOCS, without_code
+from tests.golden.answers import Case
+
+#: What an editor completes, by what is before it.
+PLACES = {
+    **{f"values of {word}": f"system t\n{word} ①" for word in "and or implication aggregation activation".split()},
+    **{f"values of {word}": f"system t\n{word} ①" for word in ("defuzzifier", "semantics")},
+    "hedges": "system t\ninput x in [0, 1]\n  terms a b\noutput y in [0, 1]\n  terms p q\nif x is ①",
+    "membership functions": "system t\ninput x in [0, 1]\n  low = ①",
+    "expressions": "system t\ninput x in [0, 1]\nlet y = ①",
+    "operators": "controller c\noutput y = ①",
+    "signals": "loop l\nlet r = ①",
+    "measures": "loop l\nmeasure m = ①",
+    "plants": "plant p = ①",
+    "statements": "①",
+}
+
+
+def _completed(place: str) -> dict[str, tuple[str, str]]:
+    """Return the words that an editor completes, each with its form and its meaning."""
+    case = Case(PLACES[place])
+    found = case.ask("textDocument/completion", lsp.CompletionParams(case.document, case.places[0])).items
+    return {i.label: (i.detail or "", getattr(i.documentation, "value", i.documentation) or "") for i in found}
 
 
 def _reference(name: str) -> str:
@@ -65,7 +70,8 @@ class TestReference:
     def test_every_diagnostic_code_is_listed_with_its_title(self) -> None:
         form = r"^\| \[(FZ\d{3})\]\(diagnostics/\1\.md\) \| ([^|]+?) \|"
         rows = dict(re.findall(form, _reference("diagnostics.md"), flags=re.MULTILINE))
-        assert rows == diagnostic.CODES
+        listed = [line.split("  ", 1) for line in run_command("explain").output.splitlines()]
+        assert rows == dict(listed)
 
     @pytest.mark.parametrize("program", ["fuzzyctl", "dwmr"])
     def test_the_options_of_every_command_are_those_it_has(self, program: str) -> None:
@@ -99,58 +105,61 @@ class TestReference:
         assert [n for n in fuzzyctl.__all__ if f"`{n}" not in text and f".{n}" not in text] == []
 
     def test_every_word_of_the_language_is_described(self) -> None:
-        keywords = re.findall(r"^[A-Z_]+\.\d: /(\w+)", grammar_text(), flags=re.MULTILINE)
-        assert set(syntax.STATEMENT_KEYWORDS) <= set(keywords)
-        words = [
-            *keywords,
-            *syntax.RESERVED,
-            *formulas.CONJUNCTIONS,
-            *formulas.DISJUNCTIONS,
-            *formulas.IMPLICATIONS,
-            *formulas.AGGREGATIONS,
-            *formulas.HEDGES,
-            *ACTIVATIONS,
-            *DEFUZZIFIERS,
-            *PROFILES,
-            *CLAIM_FORMS,
-            *get_args(Fallback),
-            *get_args(Grid),
-            *expr.FUNCTIONS,
-            *expr.CONSTANTS,
-            *BLOCK_FORMS,
-            *OPERATORS,
-            *FUNCTIONS,
-        ]
-        pages = ("language.md", "imported-files.md", "controllers.md", "plants.md", "loops.md")
+        grammar = json.loads((DOCS / "editors" / "fz.tmLanguage.json").read_text(encoding="utf-8"))
+        groups = re.findall(
+            r"\((?:\?:)?([a-z_0-9]+(?:\|[a-z_0-9]+)+)\)", " ".join(p["match"] for p in grammar["patterns"])
+        )
+        words = {word for group in groups for word in group.split("|")} | {
+            w for place in PLACES for w in _completed(place)
+        }
+        pages = ("language.md", "imported-files.md", "controllers.md", "plants.md", "loops.md", "semantics-profiles.md")
         page = "".join(without_code(DOCS / "reference" / name) for name in pages)
         shown = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`\n]+)`", page))))
-        assert [w for w in words if w not in shown] == []
+        assert len(words) > 150
+        assert sorted(words - shown - {"a", "b", "x"}) == []
 
-    @pytest.mark.parametrize(("name", "forms"), [("loops.md", SIGNALS), ("loops.md", MEASURES), ("plants.md", PLANTS)])
-    def test_every_form_is_described_as_the_code_has_it(self, name: str, forms: dict[str, Form]) -> None:
+    @pytest.mark.parametrize(
+        ("name", "place"), [("loops.md", "signals"), ("loops.md", "measures"), ("plants.md", "plants")]
+    )
+    def test_every_form_is_described_as_the_editor_has_it(self, name: str, place: str) -> None:
         rows = dict(re.findall(r"^\| `(.*)` \| (.*) \|$", _reference(name), flags=re.MULTILINE))
-        assert [f.form for f in forms.values() if f.form not in rows] == []
-        assert name == "plants.md" or {f.form: rows[f.form] for f in forms.values()} == {
-            f.form: f.what for f in forms.values()
-        }
+        others = {**_completed("expressions"), **_completed("operators")}
+        forms = {word: form for word, form in _completed(place).items() if word not in others}
+        assert len(forms) > 4
+        for form, what in forms.values():
+            assert form in rows
+            assert name == "plants.md" or rows[form] == what
 
     def test_every_membership_function_is_described_with_its_parameters(self) -> None:
         text = _reference("language.md") + _reference("imported-files.md")
         rows = dict(re.findall(r"^\| `(\w+)\(([^`]*)\)` \|", text, flags=re.MULTILINE))
-        for name, formula in formulas.MEMBERSHIP.items():
-            assert rows[name].startswith(", ".join(formula.parameters)), name
-            assert rows[name].endswith("...") == formula.variadic, name
+        for name, (form, _) in _completed("membership functions").items():
+            parameters = form.removeprefix(f"{name}(").removesuffix(")")
+            assert rows[name].startswith(parameters.removesuffix(", ...")), name
+            assert rows[name].endswith("...") == form.endswith("...)"), name
 
     def test_every_hedge_is_described_with_its_formula(self) -> None:
         rows = dict(re.findall(r"^\| `(\w+)` \| ([^|]+) \|$", _reference("language.md"), flags=re.MULTILINE))
-        assert {name: rows.get(name) for name in formulas.HEDGES} == {
-            name: hedge.summary for name, hedge in formulas.HEDGES.items()
-        }
+        found = {name: what for name, (_, what) in _completed("hedges").items() if name != "any"}
+        hedges = {name: what.removeprefix("of a degree x: ") for name, what in found.items() if what}
+        assert len(hedges) > 4
+        assert {name: rows.get(name) for name in hedges} == hedges
 
-    def test_the_limits_are_those_of_the_code(self) -> None:
-        text = _reference("language.md").split("## Limits")[1].split("##")[0].replace("\u00a0", " ")
-        limits = [expr.MAX_DEPTH, MAX_NAME, MAX_TERMS, MAX_OUTPUTS, MAX_RULES, MAX_FILES, RESOLUTIONS[1]]
-        assert [n for n in limits if f"| {n:,}".replace(",", " ") not in text and f"| {n}" not in text] == []
+    @pytest.mark.parametrize(
+        ("limit", "text"),
+        [
+            (100, "param a = " + 101 * "(" + "1" + 101 * ")"),
+            (200, f"system {'a' * 201}"),
+            (1000, "system s\ninput x in [0, 1]\n  terms " + " ".join(f"t{k}" for k in range(1001))),
+            (200, "system s\n" + "".join(f"output y{k} in [0, 1]\n  terms a b\n" for k in range(201))),
+            (1_000_000, "system s\ndefuzzifier centroid(resolution=1000001)"),
+        ],
+    )
+    def test_a_limit_is_that_of_the_code(self, limit: int, text: str) -> None:
+        rows = _reference("language.md").split("## Limits")[1].split("##")[0].replace("\u00a0", " ")
+        assert re.search(rf"\| {limit:,}".replace(",", " ") + r"\b", rows)
+        found = [f"{d.message} {' '.join(d.facts)} {d.help}" for d in check_text(text + "\n")[1]]
+        assert any(re.search(rf"\b{limit}\b|\b{limit:,}\b", message) for message in found), found
 
     def test_every_name_of_the_build_module_is_described(self) -> None:
         text = _reference("api.md")
@@ -176,9 +185,10 @@ class TestReference:
 
     def test_every_exception_is_listed_with_its_base(self) -> None:
         rows = dict(re.findall(r"^\| `(\w+Error)` \|[ `]*(\w*)`? \|", _reference("api.md"), flags=re.MULTILINE))
-        kinds = [
-            k for k in vars(diagnostic).values() if isinstance(k, type) and issubclass(k, diagnostic.FuzzyctlError)
-        ]
+        kinds, waiting = [], [fuzzyctl.FuzzyctlError]
+        while waiting:
+            kinds.append(kind := waiting.pop())
+            waiting += [k for k in kind.__subclasses__() if k.__module__ == kind.__module__]
         own = {k.__name__: next((b.__name__ for b in k.__bases__ if b.__module__ == "builtins"), "") for k in kinds}
         assert own.pop("FuzzyctlError") == "Exception"
         assert rows == own
@@ -186,8 +196,12 @@ class TestReference:
 
     def test_every_backend_and_algorithm_is_described(self) -> None:
         text = _reference("api.md").split("## `compile`")[1]
-        assert [w for w in (*BACKENDS, *ALGORITHMS) if f'"{w}"' not in text] == []
-        assert [w for w in (*BACKENDS, *ALGORITHMS) if f'"{w}"' not in str(fuzzyctl.compile.__doc__)] == []
+        for choice in ("backend", "algorithm"):
+            with pytest.raises(fuzzyctl.FuzzyctlError, match="there are: ") as refused:
+                fuzzyctl.compile(fuzzyctl.load("tipper"), **{choice: "other"})
+            words = str(refused.value).partition("there are: ")[2].split(", ")
+            assert [w for w in words if f'"{w}"' not in text] == []
+            assert [w for w in words if f'"{w}"' not in str(fuzzyctl.compile.__doc__)] == []
 
     def test_every_shipped_rule_file_is_described(self) -> None:
         text = _reference("rule-files.md")
@@ -195,7 +209,7 @@ class TestReference:
 
     def test_every_key_of_a_scenario_is_described(self) -> None:
         text = _reference("scenario.md")
-        assert [k for k in sorted(set(_keys(Scenario))) if f"`{k}`" not in text] == []
+        assert [k for k in sorted(set(_keys(type(read(find("paper")).scenario)))) if f"`{k}`" not in text] == []
 
 
 def _functions() -> dict[str, Callable[..., Any]]:

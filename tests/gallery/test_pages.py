@@ -1,15 +1,14 @@
 """Every loop of the gallery: it is clean, meets what its page derives, and the page says what comes out."""
 
 import re
+import runpy
 from decimal import Decimal
 from functools import cache
 
 import pytest
-from click.testing import CliRunner
 
-from fuzzyctl.cli.main import main
 from fuzzyctl.simulation.simulate import simulate, warnings
-from gallery import __main__ as command
+from fuzzyctl.testing import run_command
 from gallery import pages
 from tests.e2e.pages import follow, without_code
 from tests.e2e.pictures import blocks_of
@@ -31,11 +30,10 @@ def text(name):
 @pytest.mark.parametrize("name", ENTRIES)
 class TestEveryEntry:
     def test_its_file_is_clean_and_laid_out(self, name):
-        path = str(ENTRIES[name] / f"{name}.fz")
-        found = CliRunner().invoke(main, ["check", path])
-        assert found.exit_code == 0, found.output
-        assert "warning[" not in found.output
-        assert CliRunner().invoke(main, ["fmt", "--check", path]).exit_code == 0
+        path = ENTRIES[name] / f"{name}.fz"
+        found = run_command("check", path)
+        assert (found.exit_code, "warning[" in found.errors) == (0, False), found.errors
+        assert run_command("fmt", "--check", path).exit_code == 0
 
     def test_it_names_its_source(self, name):
         assert all(loop.citation for loop in pages.loops_of(ENTRIES[name]))
@@ -91,7 +89,7 @@ class TestCommand:
     def test_an_unknown_page_is_a_mistake_of_usage(self, monkeypatch, capsys):
         monkeypatch.setattr("sys.argv", ["gallery", "upa_moter"])
         with pytest.raises(SystemExit) as ended:
-            command.main()
+            runpy.run_module("gallery", run_name="__main__")
         assert ended.value.code == 2
         assert "no such page: upa_moter; there are ball_and_beam" in capsys.readouterr().err
 
@@ -103,7 +101,7 @@ class TestCommand:
         monkeypatch.setattr(pages, "HERE", tmp_path)
         monkeypatch.setattr("sys.argv", ["gallery", "own"])
         with pytest.raises(SystemExit) as ended:
-            command.main()
+            runpy.run_module("gallery", run_name="__main__")
         assert ended.value.code == 1
         assert "own.fz:2:11: error[" in capsys.readouterr().err
         assert (folder / "README.md").read_text(encoding="utf-8") == "# Own\n"

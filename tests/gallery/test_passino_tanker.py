@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fuzzyctl.simulation.simulate import simulate
+from fuzzyctl import simulate
 from gallery import pages
 from tests import sizes
 

@@ -3,14 +3,16 @@
 A text has the marks ①, ②, ... where a cursor stands. Locations are LINE:COLUMN, from 1, up to the column behind.
 """
 
+import itertools
 import re
 from base64 import b64decode
 from difflib import SequenceMatcher
 
+import pytest
 from lsprotocol import types as lsp
 
-from fuzzyctl.editor import lights, requests
 from fuzzyctl.editor.server import server
+from fuzzyctl.editor.session import lights
 
 MARKS = "".join([*map(chr, range(0x2460, 0x2474)), *map(chr, range(0x3251, 0x3260))])
 URI = "untitled:a.fz"
@@ -27,7 +29,7 @@ class Case:
 
     version = 0
 
-    def __init__(self, marked, argument="", folder=None):
+    def __init__(self, marked, argument="", folder=None, able=ABLE, folders=()):
         found = sorted(((m[0], m.start()) for m in re.finditer(f"[{MARKS}]", marked)), key=lambda f: MARKS.index(f[0]))
         self.text = re.sub(f"[{MARKS}]", "", marked)
         self.argument = argument
@@ -35,12 +37,20 @@ class Case:
         offsets = [at - len(re.findall(f"[{MARKS}]", marked[:at])) for _, at in found]
         self.places = [lsp.Position(self.text.count("\n", 0, o), o - self.text.rfind("\n", 0, o) - 1) for o in offsets]
         self.document = lsp.TextDocumentIdentifier(self.uri)
+        opened = [lsp.WorkspaceFolder(f.as_uri(), "f") for f in folders]
+        list(server.protocol.lsp_initialize(lsp.InitializeParams(able, workspace_folders=opened)))
+        self.put(self.uri, self.text)
+
+    def put(self, uri, text):
+        """Open a text in the server, or its next version."""
         Case.version += 1
-        if Case.version == 1:
-            list(server.protocol.lsp_initialize(lsp.InitializeParams(capabilities=ABLE)))
-        for other in list(server.workspace.text_documents):
-            server.workspace.remove_text_document(other)
-        server.workspace.put_text_document(lsp.TextDocumentItem(self.uri, "fz", Case.version, self.text))
+        server.workspace.put_text_document(lsp.TextDocumentItem(uri, "fz", Case.version, text))
+        return server.document(uri)
+
+    @property
+    def now(self):
+        """The document as it is now."""
+        return server.document(self.uri)
 
     def ask(self, method, params):
         return server.protocol.fm.features[method](params)
@@ -168,10 +178,16 @@ def typed(case, at):
 # -- answers about a text
 
 
+def prove(case):
+    """Prove the guarantees; each look at the clock takes a millisecond, whatever else the machine does."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fuzzyctl.analysis.work.now", itertools.count(step=0.001).__next__)
+        lights.prove(case.now)
+
+
 def diagnostics(case):
-    document = server.document(case.uri)
-    lights.prove(document)
-    return _diagnostics(case, server.diagnostics(document, proved=True))
+    prove(case)
+    return _diagnostics(case, server.diagnostics(case.now, proved=True))
 
 
 def pulled(case):
@@ -204,12 +220,13 @@ def workspace_symbols(case):
 
 def semantic_tokens(case):
     found = case.ask("textDocument/semanticTokens/full", lsp.SemanticTokensParams(case.document)).data
+    legend = server.protocol.server_capabilities.semantic_tokens_provider.legend
     lines, line, column = {}, 0, 0
     for down, right, length, kind, modifiers in zip(*[iter(found)] * 5, strict=True):
         line, column = line + down, right + (0 if down else column)
-        bits = [m[0] for k, m in enumerate(requests.MODIFIERS) if modifiers >> k & 1]
+        bits = [m[0] for k, m in enumerate(legend.token_modifiers) if modifiers >> k & 1]
         word = case.text.split("\n")[line][column : column + length]
-        lines.setdefault(line, []).append(f"{word}:{'.'.join([requests.KINDS[kind], *bits])}")
+        lines.setdefault(line, []).append(f"{word}:{'.'.join([legend.token_types[kind], *bits])}")
     return [f"{k + 1} {'  '.join(words)}" for k, words in lines.items()]
 
 
@@ -220,14 +237,14 @@ def folding(case):
 
 def hints(case):
     if case.argument == "proved":
-        lights.prove(server.document(case.uri))
+        prove(case)
     found = case.ask("textDocument/inlayHint", lsp.InlayHintParams(case.document, case.whole()))
     return [f"{h.position.line + 1}:{h.position.character + 1} {h.label} ({h.tooltip})" for h in found]
 
 
 def lenses(case):
     if case.argument == "proved":
-        lights.prove(server.document(case.uri))
+        prove(case)
     found = case.ask("textDocument/codeLens", lsp.CodeLensParams(case.document))
     lines = []
     for lens in found:

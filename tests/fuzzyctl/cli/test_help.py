@@ -10,8 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from dwmr.cli.main import main as dwmr
-from fuzzyctl.cli.main import GROUPS, main
-from tests.commands import commands_of
+from tests.commands import commands_of, main
 
 COMMANDS = [(program, name) for program in (main, dwmr) for name in ("", *commands_of(program))]
 
@@ -26,7 +25,7 @@ def test_help_fits_80_columns(program, name):
 @pytest.mark.parametrize("program", [main, dwmr], ids=["fuzzyctl", "dwmr"])
 def test_no_summary_of_a_command_is_cut_or_ends_at_an_abbreviation(program):
     shown = CliRunner().invoke(program, ["--help"], env={"COLUMNS": "80"}).output
-    headings = ("Commands", *GROUPS)
+    headings = {"Commands", *program.groups}
     sections = [shown.partition(f"\n{heading}:\n")[2].partition("\n\n")[0] for heading in headings]
     lines = [line for section in sections for line in section.splitlines()]
     assert len(lines) == len(commands_of(program))

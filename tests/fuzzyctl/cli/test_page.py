@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import html.parser
+import itertools
 import json
 import math
 import random
@@ -13,16 +14,13 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl import Controller, Undecided, compile, load, loads
-from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
-from fuzzyctl.explain.trace import trace
-from fuzzyctl.loading.load import look_through
-from fuzzyctl.page.systems import decided
-from fuzzyctl.support.shipped import read_source, rules_folder
+from fuzzyctl import Controller, FuzzySystem, Loop, NoRuleFiresError, compile, load, loads, why
+from fuzzyctl.testing import check_text
+from tests import sizes
 from tests.commands import runner
 from tests.shipped import LAWS, SYSTEMS
 
-RULES = rules_folder()
+RULES = SYSTEMS[0].parent
 LARGEST = 300_000
 run = runner("page")
 
@@ -90,9 +88,13 @@ def written(path, *arguments, code=0):
     """Return the tags of the page that is written, and its facts."""
     done = run(*arguments, "-o", path)
     assert done.exit_code == code, done.output
-    text = path.read_text(encoding="utf-8")
-    assert len(text.encode()) <= LARGEST
-    tags = Tags(text)
+    assert path.stat().st_size <= LARGEST
+    return read(path)
+
+
+def read(path):
+    """Return the tags and the facts of a page."""
+    tags = Tags(path.read_text(encoding="utf-8"))
     return tags, json.loads(next(s for name, s in tags.scripts if name == "facts"))
 
 
@@ -137,7 +139,7 @@ def test_a_page_computes_what_the_kernel_and_the_trace_compute(path, tmp_path):
         expected = kernel(*point, *state)
         scale = max(abs(e) for o in section["outputs"] for e in (o["lower"], o["upper"]))
         assert beside(outputs, expected if isinstance(expected, tuple) else [expected], scale)
-        found = trace(system, dict(zip([i.name for i in system.inputs], point, strict=True)))
+        found = why(system, dict(zip([i.name for i in system.inputs], point, strict=True)))
         degrees = [d for own in found.degrees.values() for d in own.values()]
         assert beside(sorted(activity[: section["degrees"]]), sorted(degrees), 1.0)
         acting = {r.number - 1: r.activation for r in found.rules}
@@ -178,7 +180,7 @@ def test_functions_states_hedges_and_refusals_are_computed(tmp_path):
                 kernel(*point, list(kernel.start()))
             continue
         assert beside(output, kernel(*point, list(kernel.start())), 10.0)
-        found = trace(system, given)
+        found = why(system, given)
         for rule in found.rules:
             parts = section["rules"][rule.number - 1]["consequents"]
             effects = [activity[section["degrees"] + 2 + c["effect"]] for c in parts]
@@ -397,41 +399,17 @@ def test_tables_bounds_verdicts_and_diagnostics_are_shown(tmp_path):
     assert "FZ208" in [d["code"] for d in facts["diagnostics"]]
 
 
-@pytest.mark.parametrize(
-    ("words", "code", "message"),
-    [
-        (("{rules}/tipper.fz", "--block", "absent"), 2, "loops: tipper"),
-        (("{rules}/tipper.fz", "--set", "g=1"), 2, "no param 'g'"),
-        (("{rules}/loops/water_tank.fz", "--block", "tank"), 2, "'tank' is a plant"),
-        (("{rules}/absent.fz",), 1, "there is no such file"),
-        (("{folder}/broken.fz",), 1, "error[FZ"),
-    ],
-)
-def test_mistakes_are_reported_and_nothing_is_written(words, code, message, tmp_path):
-    (tmp_path / "broken.fz").write_text("system s\ninput x in [0, 1]\n  tirms a b\n", encoding="utf-8")
-    target = tmp_path / "x.html"
-    done = run(*(w.format(rules=RULES, folder=tmp_path) for w in words), "-o", target)
-    assert (done.exit_code, target.exists()) == (code, False)
-    assert message in done.output
+def blocks_of(path, *kinds):
+    """Return the blocks of some kinds in a file."""
+    blocks, _ = check_text(path.read_text(encoding="utf-8"), path.name, folder=path.parent, guarantees=False)
+    return [block for block in blocks if isinstance(block, kinds)]
 
 
-def blocks_of(path):
-    """Return the systems and controllers of a file."""
-    examined = look_through(read_source(path), folder=path.parent)
-    return [*examined.systems, *examined.controllers]
-
-
+FILES = [p for folder in (RULES, Path(__file__).parents[3] / "apps" / "gallery") for p in sorted(folder.rglob("*.fz"))]
 #: Systems and controllers of shipped files.
-SHIPPED = [
-    (path, block.name)
-    for folder in (RULES, Path(__file__).parents[3] / "apps" / "gallery")
-    for path in sorted(folder.rglob("*.fz"))
-    for block in blocks_of(path)
-]
+SHIPPED = sizes.some([(p, block.name) for p in FILES for block in blocks_of(p, FuzzySystem, Controller)], 4)
 #: Shipped files with loops.
-WITH_LOOPS = sorted(
-    {path for path, _ in SHIPPED if re.search("^loop ", path.read_text(encoding="utf-8"), re.MULTILINE)}
-)
+WITH_LOOPS = sizes.some([p for p in FILES if blocks_of(p, Loop)], 4)
 #: What a page computes at a point: outputs of a system, or of one step of a controller.
 AT_POINT = """((section, point, kernel) => {
     const values = section.inputs.map((i) => point[i.name] ?? 0.5);
@@ -457,9 +435,9 @@ def first_outputs(block, count=20):
     return [own[0] if isinstance(own, tuple) else own for own in found]
 
 
-@pytest.mark.parametrize(("path", "name"), SHIPPED, ids=[f"{p.stem}-{n}" for p, n in SHIPPED])
+@pytest.mark.parametrize(("path", "name"), SHIPPED, ids=lambda x: getattr(x, "stem", x))
 def test_the_page_of_a_block_with_a_false_claim_is_written_and_its_point_is_the_witness(path, name, tmp_path):
-    block = next(b for b in blocks_of(path) if b.name == name)
+    block = load(path, block=name)
     output = (block.results if isinstance(block, Controller) else block.outputs)[0].name
     values = [v for v in first_outputs(block) if math.isfinite(v)]
     limit = (min(values) + max(values)) / 2 - (min(values) == max(values))
@@ -473,8 +451,8 @@ def test_the_page_of_a_block_with_a_false_claim_is_written_and_its_point_is_the_
     done = run(folder / path.name, "--block", name, "-o", tmp_path / "x.html")
     assert done.exit_code == 1, done.output
     assert f"error[FZ402]: the guarantee '{claim}' does not hold" in done.output
-    tags = Tags((tmp_path / "x.html").read_text(encoding="utf-8"))
-    (section,) = json.loads(next(s for own, s in tags.scripts if own == "facts"))["sections"]
+    tags, facts = read(tmp_path / "x.html")
+    (section,) = facts["sections"]
     (point,) = [row[3] for row in section["verdicts"] if row[0] == "refuted"]
     if shutil.which("node"):
         own = computed(tmp_path, tags, f"{AT_POINT}({json.dumps(section)}, {json.dumps(point)}, kernels[0])")
@@ -486,52 +464,22 @@ def test_the_page_of_loops_with_unmet_requirements_is_written_and_says_so(path, 
     folder = shutil.copytree(path.parent, tmp_path / "files", ignore=lambda *_: ["loops"])
     text = re.sub(r"(?m)^measure (\w+).*$", r"\g<0>\nrequire \1 < 0 and \1 > 0", path.read_text(encoding="utf-8"))
     (folder / path.name).write_text(text, encoding="utf-8")
-    for loop in look_through(read_source(folder / path.name), folder=folder).loops:
+    for loop in blocks_of(folder / path.name, Loop):
         done = run(folder / path.name, "--block", loop.name, "-o", tmp_path / "x.html")
         assert done.exit_code == 1, done.output
-        tags = Tags((tmp_path / "x.html").read_text(encoding="utf-8"))
-        (section,) = json.loads(next(s for own, s in tags.scripts if own == "facts"))["sections"]
+        (section,) = read(tmp_path / "x.html")[1]["sections"]
         broken = [claim for word, claim, _ in section["verdicts"] if word == "not met"]
         assert broken == [f"{m.name} < 0 and {m.name} > 0" for m in loop.measures]
         assert all(f"the run does not meet the requirement '{claim}'" in done.output for claim in broken)
 
 
-def test_the_page_of_a_loop_whose_run_is_stopped_is_written_and_exits_1(tmp_path):
-    (tmp_path / "a.fz").write_text(
-        "plant tank\ninput v\nstate h in [0, 2) = 0.5\nder h = v / 4\noutput level = h\n\nloop overflow\n"
-        "block tank = tank(1)\nmeasure highest = maximum(tank.level)\nrun 60 s step 1 s\nrequire highest <= 5\n",
-        encoding="utf-8",
-    )
-    done = run(tmp_path / "a.fz", "-o", tmp_path / "x.html")
-    assert (done.exit_code, done.output.count("[FZ")) == (1, 1)
-    assert "error[FZ701]: state 'tank.h' left its range" in done.output
-    assert (tmp_path / "x.html").exists()
-
-
-@pytest.mark.parametrize(
-    ("claim", "code", "message"),
-    [
-        ("abs(u + u) == 2 * abs(u)", 3, "warning[FZ402]: the guarantee 'abs(u + u) == 2 * abs(u)' is undecided"),
-        ("u / x >= 0", 1, "error[FZ307]: the guarantee divides by 'x', which is 0 at x = 0"),
-    ],
-)
-def test_the_page_of_a_file_with_an_undecided_claim_is_written_and_says_so(claim, code, message, tmp_path):
-    (tmp_path / "a.fz").write_text(
-        "system a\ninput x in [0, 1]\n  lo = gaussian(0, 0.3)\n  hi = gaussian(1, 0.3)\noutput u in [0, 1]\n"
-        "  p = constant(0)\n  q = constant(1)\ndefuzzifier center_average\nif x is lo then u is p\n"
-        f"if x is hi then u is q\nrequire {claim}\n",
-        encoding="utf-8",
-    )
-    done = run(tmp_path / "a.fz", "-o", tmp_path / "x.html")
-    assert (done.exit_code, done.output.count("[FZ")) == (code, 1)
-    assert message in done.output
-    tags = Tags((tmp_path / "x.html").read_text(encoding="utf-8"))
-    (section,) = json.loads(next(s for own, s in tags.scripts if own == "facts"))["sections"]
-    assert section["verdicts"][0][:2] == ["undecided", claim]
-
-
-def test_no_other_claim_is_begun_when_the_time_of_a_page_is_spent(monkeypatch):
-    system = loads(MIXED + "require u <= 9\n" * 3)
-    monkeypatch.setattr("fuzzyctl.analysis.prove.Prover.verdict", lambda *_: pytest.fail("one is begun"))
-    quick = [Undecided("u <= 9", "it takes subdivision")] * len(system.guarantees)
-    assert decided(system, quick, 1.0, until=-math.inf) == tuple(quick)
+def test_no_other_claim_is_begun_when_the_time_of_a_page_is_spent(tmp_path, monkeypatch):
+    file, seen = tmp_path / "a.fz", []
+    rules = "if x is lo then u is a\nif x is hi then u is b\n"
+    sets = "  lo = gaussian(0, 3)\n  hi = gaussian(10, 3)\noutput u in [0, 1]\n  a = triangle(0, 0.2, 0.4)\n"
+    text = f"system a\ninput x in [0, 10]\n{sets}  b = triangle(0.6, 0.8, 1)\n{rules}"
+    file.write_text(text + "require u <= 0.97\n", encoding="utf-8")
+    for step in (0.0, 10.0):
+        monkeypatch.setattr("fuzzyctl.analysis.work.now", itertools.count(step=step).__next__)
+        seen.append(written(tmp_path / "x.html", file, code=3 if step else 0)[1]["sections"][0]["verdicts"][0][0])
+    assert seen == ["proved", "undecided"]

@@ -4,10 +4,8 @@ import json
 
 import pytest
 
-from fuzzyctl.experiments import sweep_workers
-from fuzzyctl.experiments.sweep_workers import work
-from fuzzyctl.support.shipped import rules_folder
 from tests.commands import runner
+from tests.shipped import SYSTEMS
 
 SPEC = """
 scenario = "water_tank.fz"
@@ -21,15 +19,9 @@ measures = ["iae", "settling"]
 run = runner("sweep")
 
 
-@pytest.fixture(autouse=True)
-def here(monkeypatch):
-    """Compute in this process."""
-    monkeypatch.setattr(sweep_workers, "compute", lambda setup, runs, jobs: (work(setup, one) for one in runs))
-
-
 @pytest.fixture
 def spec(tmp_path):
-    tank = (rules_folder() / "loops" / "water_tank.fz").read_text(encoding="utf-8")
+    tank = (SYSTEMS[0].parent / "loops" / "water_tank.fz").read_text(encoding="utf-8")
     (tmp_path / "water_tank.fz").write_text(tank.replace("run 60 s step 10 ms", "run 60 s"), encoding="utf-8")
 
     def write(text=SPEC):
@@ -40,7 +32,7 @@ def spec(tmp_path):
     return write
 
 
-def test_prints_a_table_with_means_over_the_repetitions(spec, tmp_path):
+def test_it_prints_a_table_with_means_over_the_repetitions(spec, tmp_path):
     found = run(spec(), "-o", tmp_path / "out", "--jobs", 1)
     assert found.exit_code == 0, found.output
     lines = found.output.splitlines()
@@ -54,45 +46,28 @@ def test_prints_a_table_with_means_over_the_repetitions(spec, tmp_path):
     assert "belongs to a sweep that is finished" in again.output
 
 
-def test_prints_json(spec, tmp_path):
+def test_it_prints_json(spec, tmp_path):
     found = run(spec(SPEC.replace("[4.0, 8.0]", "[4.0]")), "-o", tmp_path / "out", "--jobs", 1, "--format", "json")
     data = json.loads(found.output)
     assert (data["runs"], data["stopped"], data["files"]) == (2, 0, ["results.csv", "sweep.json", "times.csv"])
 
 
-def test_a_mistake_in_the_spec_is_a_diagnostic(spec, tmp_path):
-    found = run(spec(SPEC.replace("law.GU", "law.GX")), "-o", tmp_path / "out")
-    assert found.exit_code == 1
-    assert "spec.toml:7:1: error[FZ902]: run 0: unknown param law.GX" in found.output
-    assert not (tmp_path / "out").exists()
-
-
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("text", "arguments", "code", "words"),
     [
-        (["none.toml"], "there is no such file"),
-        (["--set", "GU"], "expected key=value"),
-        (["--set", "law.GU=3", "--set", "GU=4"], "law.GU is given"),
-        (["--jobs", "2", "--dask", "local:2"], "give one of them"),
+        (SPEC.replace("law.GU", "law.GX"), [], 1, "spec.toml:7:1: error[FZ902]: run 0: unknown param law.GX"),
+        (None, ["none.toml"], 2, "there is no such file"),
+        (SPEC, ["--set", "GU"], 2, "expected key=value"),
+        ('scenario = "water_tank.fz"\n', ["--set", "law.GU=3", "--set", "GU=4"], 2, "law.GU is given"),
+        (SPEC, ["--jobs", "2", "--dask", "local:2"], 2, "give one of them"),
+        (SPEC.replace("runs", 'against = ["water_tank.fz"]\nruns'), [], 2, "name the file once"),
+        (SPEC.replace("runs", 'against = ["copy/water_tank.fz"]\nruns'), [], 2, "rename a loop or a file"),
     ],
 )
-def test_wrong_usage_exits_with_2(spec, arguments, words):
-    text = 'scenario = "water_tank.fz"\n'
-    given = arguments if arguments[0].endswith(".toml") else [spec(text), *arguments]
-    found = run(*given)
-    assert found.exit_code == 2, found.output
-    assert words in found.output
-
-
-@pytest.mark.parametrize(
-    ("other", "repair"), [("water_tank.fz", "name the file once"), ("copy/water_tank.fz", "rename a loop or a file")]
-)
-def test_loops_of_the_same_name_in_files_of_the_same_name_are_reported(spec, tmp_path, other, repair):
-    path = spec(SPEC.replace("runs = 2", f'runs = 2\nagainst = ["{other}"]'))
+def test_mistakes_are_reported_before_the_first_run(spec, tmp_path, text, arguments, code, words):
+    path = [spec(text)] if text else []
     (tmp_path / "copy").mkdir()
     (tmp_path / "copy" / "water_tank.fz").write_bytes((tmp_path / "water_tank.fz").read_bytes())
-    found = run(path, "-o", tmp_path / "out", "--jobs", 1)
-    assert found.exit_code == 2
-    assert "loop 'fill' is there 2 times" in found.output
-    assert repair in found.output
+    found = run(*path, *arguments, "-o", tmp_path / "out")
+    assert (found.exit_code, words in found.output) == (code, True), found.output
     assert not (tmp_path / "out").exists()

@@ -1,7 +1,4 @@
-"""Texts with a cursor mark, as documents."""
-
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.editor.document import Document
+"""Texts of tests of the editor: a system, and a loop with a system, a controller and a plant."""
 
 SYSTEM = """\
 system tip "Tip for a meal"
@@ -60,21 +57,3 @@ let r = steps(0: 1)
 measure iae = iae(lag.y, r)
 run 5 s
 """
-
-MARK = "§"
-
-
-def marked(text, at=None, before=""):
-    """Return the document of a text and the offset of its mark; `at` is a text in it before which the mark is put.
-
-    Args:
-        text: The text, with a mark unless `at` is given.
-        at: Text at whose first occurrence behind `before` the cursor stands.
-        before: Text in front of it.
-    """
-    if at is None:
-        offset = text.index(MARK)
-        text = text.replace(MARK, "")
-    else:
-        offset = text.index(at, text.index(before)) + 0
-    return Document(SourceText("a.fz", text)), offset

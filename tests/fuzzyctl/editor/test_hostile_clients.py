@@ -6,13 +6,14 @@ import logging
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 
-from fuzzyctl.editor import session
-from fuzzyctl.editor.protocol import RefusedError
 from fuzzyctl.editor.server import server
-from fuzzyctl.editor.session import FuzzyServer
+from fuzzyctl.editor.session import MOST_SENT, FuzzyServer
+from tests import sizes
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM
 from tests.fuzzyctl.editor.requests import requests
 from tests.fuzzyctl.editor.wire import (
@@ -23,6 +24,7 @@ from tests.fuzzyctl.editor.wire import (
     started,
 )
 
+DOCUMENT = lsp.TextDocumentIdentifier("untitled:a.fz")
 FAR = 2**31 - 1
 #: Places before, in, between and behind what a line and a text have.
 PLACES = [lsp.Position(*p) for p in ((0, 0), (0, 1), (0, 3), (2, 10_000), (7, 5), (FAR, 0), (FAR, FAR))]
@@ -62,6 +64,30 @@ def test_all_requests_at_all_places_have_answers(text, encoding, caplog):
     assert caplog.records == []
 
 
+PIECES = ["\r\n", "\r", "🙂", "|", "(", '"', "#", "terms", "table", "input x in [0, 1]\n", "\0", " = ", "x x y", ""]
+
+
+@st.composite
+def broken(draw):
+    """Return a text that was a rule file, and a place in it."""
+    text = draw(st.sampled_from([SYSTEM, LOOP]))
+    for _ in range(draw(st.integers(0, 3))):
+        start = draw(st.integers(0, len(text)))
+        end = draw(st.integers(start, min(len(text), start + 60)))
+        text = text[:start] + draw(st.sampled_from(PIECES)) + text[end:]
+    line = draw(st.integers(0, text.count("\n")))
+    return text, lsp.Position(line, draw(st.integers(0, len(text.split("\n")[line]))))
+
+
+@settings(max_examples=sizes.examples(200, 30), deadline=None)
+@given(broken())
+def test_all_requests_about_broken_texts_have_answers(drawn):
+    text, place = drawn
+    answer = talk_to(text)
+    for method, params in requests("untitled:a.fz", [place]):
+        answer(method, params)
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-32"])
 def test_places_behind_emoji_are_those_of_the_client(encoding):
     text = 'system t "🙂"\nparam a = 1  # 🙂\nlet b = a\nsource "🙂", "🙂" a\n'
@@ -72,9 +98,7 @@ def test_places_behind_emoji_are_those_of_the_client(encoding):
         at = server.position(document.source, offset)
         assert server.offset(document, at) == offset
     assert server.position(document.source, text.index("🙂") + 1).character == len('system t "') + units
-    symbols = answer(
-        "textDocument/documentSymbol", lsp.DocumentSymbolParams(lsp.TextDocumentIdentifier(document.source.name))
-    )
+    symbols = answer("textDocument/documentSymbol", lsp.DocumentSymbolParams(DOCUMENT))
     assert symbols[0].selection_range.start == lsp.Position(0, 7)
 
 
@@ -88,10 +112,9 @@ def test_lines_that_end_with_crlf_have_the_answers_of_others():
     found = []
     for text in (SYSTEM, SYSTEM.replace("\n", "\r\n")):
         answer = talk_to(text)
-        document = lsp.TextDocumentIdentifier("untitled:a.fz")
-        folds = answer("textDocument/foldingRange", lsp.FoldingRangeParams(document))
-        tokens = answer("textDocument/semanticTokens/full", lsp.SemanticTokensParams(document))
-        uses = lsp.ReferenceParams(lsp.ReferenceContext(True), document, lsp.Position(10, 9))
+        folds = answer("textDocument/foldingRange", lsp.FoldingRangeParams(DOCUMENT))
+        tokens = answer("textDocument/semanticTokens/full", lsp.SemanticTokensParams(DOCUMENT))
+        uses = lsp.ReferenceParams(lsp.ReferenceContext(True), DOCUMENT, lsp.Position(10, 9))
         found.append((folds, tokens, answer("textDocument/references", uses)))
     assert found[0] == found[1]
 
@@ -162,9 +185,10 @@ def test_the_log_has_a_line_for_a_mistake_of_a_client_and_a_traceback_for_one_of
             raise error
         except (JsonRpcException, RuntimeError):
             logging.getLogger("pygls.server").exception("Unable to handle message")
-    try:
-        raise RefusedError("the name is taken")  # which the editor shows, and nothing is wrong
-    except RefusedError:
+    answer = talk_to(SYSTEM)
+    try:  # the editor shows what is refused, and nothing is wrong
+        answer("textDocument/rename", lsp.RenameParams(DOCUMENT, lsp.Position(0, 7), "2a"))
+    except JsonRpcException:
         logging.getLogger("pygls.protocol.json_rpc").exception("Failed to handle request")
     ours, own = (logging.Formatter().format(record) for record in caplog.records)
     assert ours == "Unable to handle message: no such name"
@@ -202,11 +226,10 @@ def test_a_large_text_is_refused_and_answered(with_shared_server):
 
 
 def test_of_very_many_diagnostics_the_first_errors_are_sent():
-    text = "param a = 1\n" * (session.MOST_SENT + 50)
+    text = "param a = 1\n" * (MOST_SENT + 50)
     answer = talk_to(text)
-    request = lsp.DocumentDiagnosticParams(lsp.TextDocumentIdentifier("untitled:a.fz"))
-    found = answer("textDocument/diagnostic", request).items
-    assert len(found) == session.MOST_SENT + 1
+    found = answer("textDocument/diagnostic", lsp.DocumentDiagnosticParams(DOCUMENT)).items
+    assert len(found) == MOST_SENT + 1
     assert found[-1].message == "50 more diagnostics are not shown"
 
 

@@ -6,8 +6,7 @@ import pytest
 from lsprotocol import types as lsp
 from pygls.workspace import Workspace
 
-from fuzzyctl.editor import lights, session
-from fuzzyctl.editor.session import FuzzyServer
+from fuzzyctl.editor.session import FuzzyServer, diagnostics_of, lights
 from tests.fuzzyctl.editor.marked import SYSTEM
 
 URI = "untitled:a.fz"
@@ -88,11 +87,11 @@ def test_a_document_is_computed_once_for_each_version(server):
 
 def test_a_text_that_is_too_large_is_empty(server, monkeypatch):
     server, _ = server
-    monkeypatch.setattr(session, "MAX_BYTES", 10)
+    monkeypatch.setattr("fuzzyctl.editor.session.MAX_BYTES", 10)
     put(server, 1, SYSTEM)
     document = server.document(URI)
     assert (document.text, document.characters) == ("", len(SYSTEM))
-    assert [d.code for d in session.diagnostics_of(document, proved=True)] == ["FZ003"]
+    assert [d.code for d in diagnostics_of(document, proved=True)] == ["FZ003"]
 
 
 @pytest.mark.parametrize("offset", [0, 5, 10, 11, 12, 17, 18, 21, 30, 37, 38, 40, 41, 43, 44])

@@ -7,9 +7,7 @@ from pathlib import Path
 
 import pytest
 
-import fuzzyctl.page
-
-ASSETS = Path(fuzzyctl.page.__file__).parent / "assets"
+ASSETS = Path(__file__).parents[3] / "fuzzyctl" / "page" / "assets"
 SCRIPTS = ",".join(
     str(ASSETS / name) for name in ("plots.js", "panels.js", "inputs.js", "system.js", "loop.js", "files.js")
 )

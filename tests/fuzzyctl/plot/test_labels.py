@@ -1,13 +1,15 @@
 """Names over curves do not overlap."""
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import fuzzyctl
-from fuzzyctl.plot.memberships import MOST, Label, draw_labels, draw_variable, lanes
+from tests import sizes
+
+#: Most names above each other at one place.
+MOST = 6
 
 CONSTANTS = """\
 system s
@@ -25,43 +27,28 @@ if x is high then y is f5, z is g
 """
 
 
-def label(at, text="ab", height=1.0):
-    return Label(text, at, height, "black")
+def drawn(text, output="y"):
+    """Return the axes of an output's terms, and the boxes of their names."""
+    figure = Figure(figsize=(7.5, 2.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    ax = fuzzyctl.plot.terms(fuzzyctl.loads(text), output, ax=figure.subplots())
+    figure.canvas.draw()
+    return ax, [t.get_window_extent() for t in ax.texts]
 
 
-class TestLanes:
-    def test_names_far_from_each_other_share_a_line(self):
-        assert lanes([label(0.1), label(0.5), label(0.9)], 0, 1, 400) == [0, 0, 0]
+def overlapping(boxes):
+    return [(a, b) for k, a in enumerate(boxes) for b in boxes[:k] if a.overlaps(b)]
 
-    def test_names_at_one_place_stand_above_each_other(self):
-        assert lanes([label(0.5), label(0.5), label(0.51)], 0, 1, 400) == [0, 1, 2]
 
-    def test_names_at_other_heights_need_no_line_of_their_own(self):
-        assert lanes([label(0.5), label(0.5, height=0.5)], 0, 1, 400) == [0, 0]
-
-    def test_names_that_find_no_line_have_none(self):
-        found = lanes([label(0.5)] * 50, 0, 1, 400)
-        assert found[:MOST] == list(range(MOST))
-        assert found[MOST:] == [None] * (50 - MOST)
-
-    def test_names_take_the_width_of_their_letters(self):
-        assert lanes([label(0.45, "WWWWW"), label(0.55, "WWWWW")], 0, 1, 400) == [0, 1]
-        assert lanes([label(0.45, "iiiii"), label(0.55, "iiiii")], 0, 1, 400) == [0, 0]
-
-    def test_names_stay_within_the_axis(self):
-        assert lanes([label(0.0, "wide"), label(0.02, "wide"), label(1.0, "wide")], 0, 1, 400) == [0, 1, 0]
-
-    @settings(max_examples=30)
-    @given(st.lists(st.floats(0, 1), max_size=MOST))
-    def test_drawn_names_do_not_overlap(self, places):
-        figure = Figure(figsize=(7.5, 2.6))
-        ax = figure.subplots()
-        figure.subplots_adjust(left=0.07, right=0.93)
-        ax.set(xlim=(0, 1), ylim=(0, 2.2))
-        draw_labels(ax, [label(x, "NEAR_1") for x in places], 0, 1)
-        figure.canvas.draw()
-        boxes = [t.get_window_extent() for t in ax.texts]
-        assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+@settings(max_examples=sizes.examples(30, 8), deadline=None)
+@given(st.lists(st.floats(-1, 1), min_size=1, max_size=MOST), st.sampled_from(["i", "ab", "WWWWW"]))
+def test_names_at_any_places_do_not_overlap(places, name):
+    terms = "".join(f"  {name}{k} = singleton({x!r})\n" for k, x in enumerate(places))
+    rules = "".join(f"if x is low then y is {name}{k}\n" for k in range(len(places)))
+    head = CONSTANTS.split("output")[0]
+    _, boxes = drawn(f"{head}output y in [-1, 1] else 0\n{terms}{rules}if x is high then y is {name}0\n")
+    assert len(boxes) == len(places)
+    assert not overlapping(boxes)
 
 
 class TestUprights:
@@ -84,25 +71,17 @@ if x is low then y is around
 if x is high then y is at_zero
 """
 
-    def drawn(self, text):
-        system = fuzzyctl.loads(text)
-        figure = Figure(figsize=(7.5, 2.6), layout="constrained")
-        FigureCanvasAgg(figure)
-        ax = draw_variable(figure.subplots(), system, system.output("y"))
-        figure.canvas.draw()
-        return ax, [t.get_window_extent() for t in ax.texts]
-
     def test_are_as_high_as_the_singleton(self):
-        ax, _ = self.drawn(self.SYSTEM)
+        ax, _ = drawn(self.SYSTEM)
         tops = {
             c.get_segments()[0][0][0]: c.get_segments()[0][1][1] for c in ax.collections if hasattr(c, "get_segments")
         }
         assert tops == {0.0: 1.0, -0.15: 1.0, 0.02: 0.5, -0.3: 0.4, -1.0: 1.0, -0.98: 1.0}
 
     def test_run_through_no_name_and_no_name_through_another(self):
-        ax, boxes = self.drawn(self.SYSTEM)
+        ax, boxes = drawn(self.SYSTEM)
         assert len(boxes) == 7
-        assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+        assert not overlapping(boxes)
         lines = [c.get_segments()[0] for c in ax.collections if hasattr(c, "get_segments")]
         for (x, _), (_, top) in lines:
             end = ax.transData.transform((x, top))
@@ -115,32 +94,25 @@ if x is high then y is at_zero
         terms = "".join(f"  {name} = singleton({0.001 * k})\n" for k, name in enumerate(names))
         rules = "".join(f"if x is low then y is {name}\n" for name in names)
         head = self.SYSTEM.split("output")[0]
-        ax, boxes = self.drawn(f"{head}output y in [-1, 1] else 0\n{terms}{rules}if x is high then y is name0\n")
+        ax, boxes = drawn(f"{head}output y in [-1, 1] else 0\n{terms}{rules}if x is high then y is name0\n")
         assert [t.get_text() for t in ax.texts] == [*names[:MOST], "and 4 more"]
-        assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+        assert not overlapping(boxes)
 
 
-class TestTerms:
-    @pytest.fixture
-    def system(self):
-        return fuzzyctl.loads(CONSTANTS)
+def test_names_of_constants_near_each_other_are_told_apart():
+    ax, boxes = drawn(CONSTANTS)
+    assert len(boxes) == 5
+    assert not overlapping(boxes)
+    assert all(ax.get_window_extent().y1 >= box.y1 for box in boxes)
 
-    def test_names_of_constants_near_each_other_are_told_apart(self, system):
-        figure = Figure(figsize=(7.5, 2.6), layout="constrained")
-        ax = draw_variable(figure.subplots(), system, system.output("y"))
-        figure.canvas.draw()
-        boxes = [t.get_window_extent() for t in ax.texts]
-        assert len(boxes) == 5
-        assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
-        assert all(ax.get_window_extent().y1 >= box.y1 for box in boxes)
 
-    def test_functions_of_the_inputs_are_written_out(self, system):
-        ax = draw_variable(Figure().subplots(), system, system.output("z"))
-        assert [t.get_text() for t in ax.texts] == ["f = function(x / 2)", "g = linear(1, 2)"]
-        assert ax.get_ylabel() == ""
-
-    def test_of_many_functions_some_are_written_and_the_rest_counted(self, system):
-        z = system.output("z")
-        terms = tuple(z.terms[0].model_copy(update={"name": f"f{k}"}) for k in range(20))
-        ax = draw_variable(Figure().subplots(), system, z.model_copy(update={"terms": terms}))
-        assert [t.get_text() for t in ax.texts][-1] == "and 14 more"
+def test_functions_of_the_inputs_are_written_out_and_many_are_counted():
+    ax, _ = drawn(CONSTANTS, "z")
+    assert [t.get_text() for t in ax.texts] == ["f = function(x / 2)", "g = linear(1, 2)"]
+    assert ax.get_ylabel() == ""
+    many = CONSTANTS.replace(
+        "  g = linear(1, 2)\n", "  g = linear(1, 2)\n" + "".join(f"  f{k} = linear(1, {k})\n" for k in range(18))
+    )
+    assert [t.get_text() for t in drawn(f"{many}".replace("system s", "system s\nallow FZ208"), "z")[0].texts][
+        -1
+    ] == "and 14 more"

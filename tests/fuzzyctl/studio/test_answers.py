@@ -8,12 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl.studio import answers
+from fuzzyctl import compile, load
 from fuzzyctl.studio.answers import METHODS, answer
-from fuzzyctl.support.shipped import MAX_BYTES, rules_folder
 from tests.commands import runner
+from tests.shipped import SYSTEMS
 
-RULES = rules_folder()
+RULES = SYSTEMS[0].parent
+MAX_BYTES = 1 << 20
 #: A system with transcendental terms, a controller with used files, a loop.
 FILES = ("tipper.fz", "fcafsmc_law.fz", "loops/water_tank.fz")
 #: A mistake each.
@@ -63,8 +64,6 @@ def requests():
 
 
 def test_answers_without_numpy_are_those_with_it():
-    from fuzzyctl import compile, load
-
     asked = list(requests())
     done = subprocess.run([sys.executable, "-c", WITHOUT], input=json.dumps(asked), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -114,7 +113,7 @@ def test_proofs_by_subdivision_follow_the_picture():
 
 
 def test_a_claim_that_takes_longer_is_said_to_be_the_program_s(monkeypatch):
-    monkeypatch.setattr(answers, "CLAIM_SECONDS", 0.0001)
+    monkeypatch.setattr("fuzzyctl.studio.answers.CLAIM_SECONDS", 0.0001)
     text = (RULES / "tipper.fz").read_text() + "require increasing(tip, service)\n"
     (*_, [verdict, _, reason]) = ask("proofs", text, block=0)["verdicts"]
     assert verdict == "undecided"
