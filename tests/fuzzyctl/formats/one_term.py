@@ -22,3 +22,11 @@ def degrees(system, places):
     name = system.inputs[0].name
     kernel = fuzzyctl.compile(system, backend="python")
     return list(kernel.degrees([[float(x)] for x in places])[name][system.inputs[0].terms[0].name])
+
+
+def with_membership(system, **changes):
+    """Return a system with another membership of the first term of its first input, which no file need hold."""
+    (x, *others) = system.inputs
+    term = x.terms[0].model_copy(update={"membership": x.terms[0].membership.model_copy(update=changes)})
+    x = x.model_copy(update={"terms": (term, *x.terms[1:])})
+    return system.model_copy(update={"inputs": (x, *others)})

@@ -5,8 +5,9 @@ import re
 
 import pytest
 
-from fuzzyctl import DiagnosticError, as_profile, loads
+from fuzzyctl import DiagnosticError, as_profile, build, loads
 from tests.fuzzyctl.formats.files import FORMATS, read
+from tests.fuzzyctl.formats.one_term import with_membership
 
 write = FORMATS["fis"].write
 
@@ -196,6 +197,11 @@ def test_formulas_with_commas_are_refused_since_fuzzylite_parts_terms_at_them(fo
         write(system)
     text, _ = write(as_profile(two(p="function(abs(x) + sin(x))", otherwise="nan"), "fuzzylite"))
     assert "'function',[(abs(x) + sin(x))]" in text
+
+
+def test_a_triangle_of_no_height_has_no_word():
+    with pytest.raises(DiagnosticError, match="term 'a' of 'x' has the height 0"):
+        write(with_membership(two(a="triangle(0, 4, 10)"), height=build.expression(0)))
 
 
 HYBRID = """\

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from fuzzyctl import DiagnosticError, compile, dumps, loads
+from fuzzyctl import DiagnosticError, build, compile, dumps, loads
 from tests.fuzzyctl.formats.files import FORMATS, SAMPLES, read, replaced, rules, write
-from tests.fuzzyctl.formats.one_term import degrees
+from tests.fuzzyctl.formats.one_term import degrees, with_membership
 
 MINIMAL = """\
 system m
@@ -120,6 +120,13 @@ def test_tsukamotos_terms_are_written_as_monotone_shapes(term):
         (
             changed(method("defuzzifier tsukamoto_sum"), (TERM_B, "ramp(0, 3)")),
             ["output 'y': there is no defuzzifier 'tsukamoto_sum'"],
+        ),
+        *(
+            (
+                with_membership(changed(), kind=kind, arguments=tuple(map(build.expression, values))),
+                ["term 'a' of 'x' has no shape in FML, and no finite degrees to write as points"],
+            )
+            for kind, values in (("bell", (0, 0, 2)), ("spike", (0, 0)), ("piecewise", (0, 0, 1, math.inf)))
         ),
         (read("fis", SAMPLES["pendulum.fis"]), ["input 'push' has no terms, and every fuzzyVariable has some"]),
     ],
