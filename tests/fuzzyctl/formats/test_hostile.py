@@ -118,6 +118,11 @@ def test_hedges_without_end_are_refused(name, text):
     assert [d.code for d in diagnostics if d.severity == "error"] == ["FZ106"]
 
 
+def test_lines_without_end_are_not_all_read():
+    (error,) = examined("x.fis", "# nothing\n" * 20_001)[1]
+    assert (error.code, error.span.line) == ("FZ112", 20_001)
+
+
 def test_mistakes_without_end_are_not_all_reported():
     _, diagnostics = examined("words.fcl", FCL.replace("RULE 1 ", "x ; " * 3000 + "RULE 1 ", 1))
     assert 1000 < len(diagnostics) < 1010

@@ -117,6 +117,7 @@ if x is a then y is b
     [
         ("input", "defuzzifier centroid(resolution=101, grid=endpoints)\ninput", "defuzzifier centroid"),
         ("else nan", "else error", "else error"),
+        ("else nan", "else hold", "what it holds at first"),
         ("else nan", "adaptive rate 1 else nan", "adaptive"),
         ("x is a", "x is slightly a", "hedge 'slightly'"),
         ("y is b\n", "y is b weight 0.5\n", "weight after"),

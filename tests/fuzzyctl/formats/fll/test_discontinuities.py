@@ -106,6 +106,17 @@ def test_files_come_back_as_the_same_system(word, said):
     assert not [d for d in diagnostics if d.severity == "error"]
 
 
+def test_a_degree_of_one_place_is_written_between_its_neighbours():
+    text = "system s\nsemantics fuzzylite\ninput a in [0, 2] extrapolate\n"
+    text += (
+        "  t = piecewise(0, 0, 1, 0.25, 1, 1, 1, 0.25, 2, 0)\noutput y in [0, 5] else nan\n  t = triangle(0, 1, 2)\n"
+    )
+    written, _ = FORMATS["fll"].write(loads(text + "if a is t then y is t\n"))
+    assert "Discrete 0 0 0.9999999999999999 0.25 1 1 1.0000000000000002 0.25 2 0\n" in written
+    places = [math.nextafter(1, 0), 1.0, math.nextafter(1, 2)]
+    assert degrees(sound("fll", written), places) == pytest.approx([0.25, 1.0, 0.25], abs=1e-15)
+
+
 @pytest.mark.parametrize("kind", ["fll", "fis", "fcl"])
 def test_a_side_without_width_is_written_so_that_its_foot_has_1(kind):
     text = """
