@@ -151,12 +151,6 @@ class TestWhatIsLost:
                 "rule 1 names 'service' twice",
             ),
             (
-                "food is bad then tip is low",
-                "food is bad then tip is low, tip is high",
-                "fis",
-                "rule 1 sets 'tip' twice",
-            ),
-            (
                 "triangle(6, 10, 10, height=0.5)",
                 "gaussian(6, 1, height=0.5)",
                 "fis",
