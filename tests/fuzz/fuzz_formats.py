@@ -15,14 +15,19 @@ import time
 from collections import Counter
 from pathlib import Path
 
+from drawn_fcl import fcl
+from drawn_fis import fis
+from drawn_fll import fll
+from drawn_fml import fml
 from mutating import mutated
 
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError, render_all
+from fuzzyctl import DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import FORMATS
+from fuzzyctl.loading.load import examine_all
 from fuzzyctl.support.shipped import decode
 
+DRAWN = {"fll": fll, "fis": fis, "fcl": fcl, "fml": fml}
 SAMPLES = Path(__file__).parent.parent / "fuzzyctl" / "formats"
 TOKEN = re.compile(r"[\d.]+(?:[eE][+-]?\d+)?|[^\W\d]\w*|\n *|.", re.DOTALL)
 WORDS = [*"0 1 -1 0.5 1e-3 1e999 inf -inf nan pi ( ) [ ] { } , ; : = ' \" < > / * + - ^ % # \\ \t".split(" ")]
@@ -36,9 +41,14 @@ def seeds(format):
 
 
 def edited(rng, texts):
-    """A file with some tokens or lines deleted, doubled, swapped, cut or replaced."""
+    """A shipped or drawn file with some tokens or lines deleted, doubled, swapped, cut or replaced."""
     count = rng.choice([1, 1, 1, 2, 3, 8])
     return "".join(mutated(rng, TOKEN.findall(rng.choice(texts)), WORDS, count))
+
+
+def whole(rng, texts):
+    """A shipped or drawn file as it is."""
+    return rng.choice(texts)
 
 
 def soup(rng, texts):
@@ -55,18 +65,20 @@ def noise(rng, _):
 def tried(format, text):
     """Return what a text was; raises whatever is no diagnostic."""
     source = SourceText(f"fuzz{FORMATS[format].suffixes[0]}", text)
-    systems, diagnostics = examine_foreign(FORMATS[format], source)
-    render_all(diagnostics)
+    systems, diagnostics = examine_all(source)
+    "".join(map(str, diagnostics))
     if not systems:
         assert any(d.severity == "error" for d in diagnostics), "neither a system nor an error"
         return "refused"
     for system in systems:
         try:
-            written, _ = FORMATS[format].write(system)
+            written, losses = FORMATS[format].write(system)
         except DiagnosticError:
             return "read, not written"
+        if any(loss.what == "the system" for loss in losses):  # such as one without a rule
+            return "read, not written"
         again, mistakes = FORMATS[format].read(SourceText(source.name, written))
-        assert again, f"what was written is not read:\n{written}\n{render_all(mistakes)}"
+        assert again, f"what was written is not read:\n{written}\n{mistakes}"
     return "read and written"
 
 
@@ -84,8 +96,8 @@ def main():
             continue
         counts, slowest = Counter(), 0.0
         for _ in range(options.inputs):
-            kind = rng.choice([edited, edited, edited, edited, soup, noise])
-            text = kind(rng, texts)
+            kind = rng.choice([edited, edited, edited, edited, whole, soup, noise])
+            text = kind(rng, rng.choice([texts, [DRAWN[format](rng)]]))
             start = time.perf_counter()
             try:
                 counts[tried(format, text)] += 1

@@ -163,12 +163,15 @@ class _Parser:
         reason = expat.ErrorString(error.code) or "broken"
         ends = reason in ("no element found", "unclosed token")
         message = "the file ends before its XML does" if ends and self._open else f"the XML is broken: {reason}"
-        return Diagnostic("FZ601", message, Span(self._source, start, start + 1), facts=facts)
+        return Diagnostic("FZ601", message, self._character(start), facts=facts)
+
+    def _character(self, start: int) -> Span:
+        return Span(self._source, start, min(start + 1, len(self._source.text)))
 
     def _undefined_entity(self, start: int) -> Diagnostic:
         """Return the diagnostic of the first undefined entity from an offset on, the start of its element."""
         match = _ENTITY.search(self._source.text, start)
-        span = Span(self._source, *match.span()) if match is not None else Span(self._source, start, start + 1)
+        span = Span(self._source, *match.span()) if match is not None else self._character(start)
         help_text = "write &amp; for an ampersand; other characters stand for themselves"
         return Diagnostic("FZ601", f"there is no entity '{span.text[:40]}'", span, help=help_text)
 

@@ -6,7 +6,6 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl.comparison.differences import common_points, differences
-from fuzzyctl.kernels.kernel import Kernel
 
 LINE = """\
 system line
@@ -130,13 +129,13 @@ class TestOutputs:
 
     def test_each_point_is_evaluated_once_whatever_the_number_of_outputs(self, monkeypatch):
         rows = []
-        batch = Kernel.batch
+        batch = fuzzyctl.Kernel.batch
 
         def counting(self, points, *state):
             rows.append(len(points))
             return batch(self, points, *state)
 
-        monkeypatch.setattr(Kernel, "batch", counting)
+        monkeypatch.setattr(fuzzyctl.Kernel, "batch", counting)
         found = differences(*(fuzzyctl.loads(OUTPUTS.format(*names)) for names in ("yz", "zy")), points=100)
         assert sum(rows) == 2 * found[0].points
 

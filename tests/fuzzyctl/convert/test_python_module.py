@@ -3,8 +3,7 @@
 import pytest
 
 import fuzzyctl
-from fuzzyctl.convert.python_module import module_text
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.convert.convert import written
 from tests.shipped import SYSTEMS
 
 EVERYTHING = """\
@@ -44,7 +43,7 @@ require u <= 1 within 1e-9 when x >= 0
 
 def built(system):
     namespace = {}
-    exec(module_text(system), namespace)
+    exec(written(system, "python")[0], namespace)
     return namespace["system"]
 
 
@@ -63,9 +62,3 @@ def test_texts_with_quotes_and_backslashes_stay_texts():
     system = fuzzyctl.loads(EVERYTHING.replace('"A book"', "\"''' \\ \\n {x} '\""))
     assert "\\n" in system.citation
     assert built(system) == system
-
-
-def test_a_system_that_no_file_can_hold_is_refused():
-    system = fuzzyctl.load(rules_folder() / "tipper.fz")
-    with pytest.raises(fuzzyctl.ValueOutOfBoundsError):
-        module_text(system.model_copy(update={"name": "a b"}))

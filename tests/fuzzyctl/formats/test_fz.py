@@ -1,12 +1,11 @@
+"""Texts of systems: read back equal, laid out, or refused."""
+
 from dataclasses import replace
 
 import pytest
 
-from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.expr import Number
-from fuzzyctl.formats.fz import dump, dumps
-from fuzzyctl.loading.load import load, loads
+from fuzzyctl import ValueOutOfBoundsError, build, dump, dumps, load, loads
+from fuzzyctl.testing import run_command
 from tests.shipped import SYSTEMS
 
 
@@ -54,10 +53,8 @@ class TestDumps:
         assert load(tmp_path / "a.fz") == loads(base)
 
     def test_it_is_laid_out(self, base):
-        from fuzzyctl.lang.formatter import format_source
-
         text = dumps(loads(base))
-        assert format_source(SourceText("t", text)) == text
+        assert run_command("fmt", "-", stdin=text).output == text
 
     def test_a_title_that_no_string_can_hold_is_refused(self, base):
         system = loads(base)
@@ -68,7 +65,7 @@ class TestDumps:
     def test_a_formula_of_less_than_full_height_has_it_in_its_text(self, changed):
         system = loads(changed(("triangle(-1, 0, 1)", "function(1 - abs(x))")))
         (term,) = [t for t in system.inputs[0].terms if t.membership.kind == "function"]
-        lower = replace(term, membership=replace(term.membership, height=Number(0.5)))
+        lower = replace(term, membership=replace(term.membership, height=build.expression(0.5)))
         x = replace(system.inputs[0], terms=tuple(lower if t is term else t for t in system.inputs[0].terms))
         built = replace(system, inputs=(x, *system.inputs[1:]))
         assert "function(0.5 * (1 - abs(x)))" in dumps(built)

@@ -6,8 +6,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl import ArgumentError, ValueOutOfBoundsError
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import look_through
+from fuzzyctl.testing import check_text
 
 TEXT = """system rule
 input e in [-1, 1]
@@ -34,9 +33,9 @@ run 1 s step 1 ms
 
 
 def blocks_of(text, folder=None):
-    examined = look_through(SourceText("c.fz", text), folder=folder)
-    assert [d.message for d in examined.diagnostics if d.severity == "error"] == []
-    return {b.name: b for b in examined.blocks}
+    blocks, diagnostics = check_text(text, "c.fz", folder=folder)
+    assert [d.message for d in diagnostics if d.severity == "error"] == []
+    return {b.name: b for b in blocks}
 
 
 def test_what_a_block_calls_precedes_it_once():

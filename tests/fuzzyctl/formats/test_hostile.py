@@ -1,44 +1,43 @@
-"""Whatever stands in a `.fis` or `.fll` file gives a system or diagnostics, in time that grows with its size.
+"""Any text in a file of another tool gives a system or diagnostics, in time that grows with its size.
 
 tests/fuzz/fuzz_formats.py throws more.
 """
 
 import random
 import re
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.diagnostics.diagnostic import render_all
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.foreign import examine_foreign
-from fuzzyctl.formats.registry import format_of
 from tests.effort import at_most
 from tests.fuzz.mutating import mutated
+from tests.fuzzyctl.formats import files
+from tests.fuzzyctl.formats.files import SAMPLES
 from tests.sizes import examples
 
-SAMPLES = {
-    p.name: p.read_text(encoding="utf-8") for p in sorted((Path(__file__).parent / "samples").glob("*.f[il][sl]"))
-}
-FIS = SAMPLES["tipper.fis"]
-FLL = SAMPLES["tipper.fll"]
-FCL = (Path(__file__).parent / "fcl" / "standard.fcl").read_text(encoding="utf-8")
+FIS, FLL, FCL = SAMPLES["tipper.fis"], SAMPLES["tipper.fll"], SAMPLES["standard.fcl"]
+FML = SAMPLES["mamdani.fml"]
 TOKEN = re.compile(r"[\d.]+|[^\W\d]\w*|\n *|.", re.DOTALL)
-ODD = [*"0 -1 1e999 nan -inf ( ) [ ] , ; : = ' \" # %".split(), "\n", "\r", "\x00", "é"]
+ODD = [
+    *"0 -1 1e999 nan -inf ( ) [ ] , ; : = ' \" # % < > / & <!-- <![CDATA[ &x; (* *) /*".split(),
+    "\n",
+    "\r",
+    "\x00",
+    "é",
+]
 
 
 def examined(name, text):
-    systems, diagnostics = examine_foreign(format_of(name), SourceText(name, text))
-    render_all(diagnostics)
-    assert bool(systems) != any(d.severity == "error" for d in diagnostics)
+    system, diagnostics = files.examined(name, text)
+    assert system is not None or any(d.severity == "error" for d in diagnostics)
+    "".join(map(str, diagnostics))
     for d in diagnostics:
         assert d.span is None or 0 <= d.span.start <= d.span.end <= len(text)
-    return systems, diagnostics
+    return system, diagnostics
 
 
-@settings(max_examples=examples(150), deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(st.sampled_from(sorted(SAMPLES)), st.integers(0, 2**32), st.integers(1, 4))
 def test_mutated_files_are_read_or_refused(name, seed, count):
     rng = random.Random(seed)
@@ -46,8 +45,8 @@ def test_mutated_files_are_read_or_refused(name, seed, count):
     examined(name, "".join(tokens))
 
 
-@settings(max_examples=examples(50), deadline=None)
-@given(st.sampled_from(["x.fis", "x.fll"]), st.text(max_size=200))
+@settings(max_examples=examples(100), deadline=None)
+@given(st.sampled_from(["x.fis", "x.fll", "x.fcl", "x.fml"]), st.text(max_size=200))
 def test_any_text_is_read_or_refused(name, text):
     examined(name, text)
 
@@ -55,11 +54,11 @@ def test_any_text_is_read_or_refused(name, text):
 @pytest.mark.parametrize("name", sorted(SAMPLES))
 def test_files_cut_off_anywhere_are_read_or_refused(name):
     text = SAMPLES[name]
-    for end in range(0, len(text), 7):
+    for end in range(0, len(text), examples(7, 29)):
         examined(name, text[:end])
 
 
-N = 20_000
+N, MANY = examples(20_000, 5_000), examples(4000, 1000)
 
 
 @pytest.mark.parametrize(
@@ -75,13 +74,13 @@ N = 20_000
         ("parentheses.fis", FIS.replace("[0 5 10]", f"[{'(' * N}]")),
         ("powers.fis", FIS.replace("[0 5 10]", f"[{'2^' * N}1]")),
         ("sections.fis", "[System]\nName='a'\n" + "[Input1]\n" * N),
-        ("names.fis", FIS.replace("MF1='cheap'", "MF1='a':'trimf',[0 1 2]\n" * 4000 + "MF1='cheap'")),
+        ("names.fis", FIS.replace("MF1='cheap'", "MF1='a':'trimf',[0 1 2]\n" * MANY + "MF1='cheap'")),
         ("rule.fis", FIS + "1 " * N + ", 1 (1) : 1\n"),
         ("formula.fis", FIS.replace("'trimf',[0 5 10]", f"'function',[{'1+' * N}1]")),
         ("colons.fll", ":" * N),
-        ("names.fll", FLL.replace("  term: cheap", "  term: a Triangle 0 1 2\n" * 4000 + "  term: cheap", 1)),
+        ("names.fll", FLL.replace("  term: cheap", "  term: a Triangle 0 1 2\n" * MANY + "  term: cheap", 1)),
         ("variables.fll", "Engine: a\n" + "InputVariable: a\n" * N),
-        ("and.fll", FLL + "  rule: if " + "service is poor and " * 5000 + "food is rancid then mTip is cheap\n"),
+        ("and.fll", FLL + "  rule: if " + "service is poor and " * 1500 + "food is rancid then mTip is cheap\n"),
         ("parentheses.fll", FLL + "  rule: if " + "(" * N),
         ("hedges.fll", FLL + "  rule: if service is " + "very " * N + "poor then mTip is cheap\n"),
         ("points.fll", FLL.replace("  term: cheap", f"  term: a Discrete {'1 0.5 ' * N}\n  term: cheap", 1)),
@@ -92,28 +91,36 @@ N = 20_000
         ("not.fcl", FCL.replace("IF ", "IF " + "NOT " * N, 1)),
         ("parentheses.fcl", FCL.replace("IF ", "IF " + "(" * N, 1)),
         ("open.fcl", FCL.replace("RULE 1 ", "(* " * N + "RULE 1 ", 1)),
-        ("rules.fcl", FCL.replace("RULE 1 ", "RULE 0 : IF trend IS rising THEN valve IS shut; " * 4000 + "RULE 1 ", 1)),
+        ("rules.fcl", FCL.replace("RULE 1 ", "RULE 0 : IF trend IS rising THEN valve IS shut; " * MANY + "RULE 1 ", 1)),
         ("long.fll", FLL.replace("25 + sin(service)", "1+" * N + "1 ")),
+        ("rule.fcl", "RULE 1 : IF (" * N),
+        ("term.fcl", "TERM a := (" * N),
+        ("elements.fml", "<fuzzySystem>" + "<x/>" * N + "</fuzzySystem>"),
+        ("rules.fml", FML.replace("<rule ", '<rule name="r"><antecedent/></rule><rule ' * MANY, 1)),
     ],
     ids=lambda x: x if len(x) < 30 else "",
 )
 def test_large_files_take_time_that_grows_with_their_size(name, text):
-    with at_most(8):
+    with at_most(examples(8, 3)):  # half a second, and a tenth of it, on a quiet machine; quadratic time is thirty
         examined(name, text)
-        # Half a second on a quiet machine; quadratic time would take half a minute.
 
 
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("x.fll", FLL.replace("if service is", "if service is " + "not " * 20_000, 1)),
-        ("x.fcl", FCL.replace(" IS ", " IS " + "very " * 20_000, 1)),
+        ("x.fll", FLL.replace("if service is", "if service is " + "not " * N, 1)),
+        ("x.fcl", FCL.replace(" IS ", " IS " + "very " * N, 1)),
     ],
 )
 def test_hedges_without_end_are_refused(name, text):
-    systems, diagnostics = examined(name, text)
-    assert not systems
+    system, diagnostics = examined(name, text)
+    assert system is None
     assert [d.code for d in diagnostics if d.severity == "error"] == ["FZ106"]
+
+
+def test_lines_without_end_are_not_all_read():
+    (error,) = examined("x.fis", "# nothing\n" * 20_001)[1]
+    assert (error.code, error.span.line) == ("FZ112", 20_001)
 
 
 def test_mistakes_without_end_are_not_all_reported():

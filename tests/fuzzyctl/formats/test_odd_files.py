@@ -2,15 +2,14 @@
 
 import pytest
 
-from fuzzyctl import dumps
-from fuzzyctl.analysis.check import check_source
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import loads
+from fuzzyctl import dumps, loads
+from fuzzyctl.testing import check_text
+from tests.fuzzyctl.formats.files import FORMATS
 
 
 def read(name, text):
     """Return the system and its findings besides those of estimated ranges of inputs."""
-    systems, found = check_source(SourceText(name, text))
+    systems, found = check_text(text, name)
     return (systems[0] if systems else None), [d for d in found if "without RANGE" not in d.message]
 
 
@@ -213,9 +212,7 @@ class TestFilesOfFuzzylite:
         assert loads(dumps(system))(heat=4) == system(heat=4)
 
     def test_what_fuzzylite_makes_of_the_average_in_a_written_file_is_a_loss(self):
-        from fuzzyctl.formats.fis import writer
-
         system, _ = read("fan.fis", HYBRID)
-        text, losses = writer.write(system)
+        text, losses = FORMATS["fis"].write(system)
         assert "Type='hybrid'" in text
         assert [loss.where for loss in losses if loss.what == "defuzzifier weighted_average"] == ["output 'level'"]

@@ -1,57 +1,9 @@
 """Rule blocks in the formats of other tools: kept with their names and methods, or reported as a loss."""
 
 import pytest
-from hypothesis import HealthCheck, given, settings
 
-from fuzzyctl.diagnostics.diagnostic import render_all
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.common.identifiers import as_read
-from fuzzyctl.formats.common.words import DUAL_OF
-from fuzzyctl.formats.registry import FORMATS
-from fuzzyctl.loading.load import loads
-from tests.fuzzyctl.formats.blocked import blocked, keeps_blocks
-from tests.fuzzyctl.formats.drawn_engines import ACTIVATIONS, NORMS, fuzzylite_systems
-from tests.fuzzyctl.formats.drawn_fcl import CONJUNCTIONS
-from tests.fuzzyctl.formats.drawn_fcl import systems as fcl_systems
-from tests.fuzzyctl.formats.drawn_fml import systems as fml_systems
-from tests.sizes import examples
-
-QUICK = settings(max_examples=examples(40), deadline=None, suppress_health_check=list(HealthCheck))
-
-
-def read(format, text):
-    systems, diagnostics = FORMATS[format].read(SourceText(f"t.{format}", text))
-    assert systems, f"{render_all(diagnostics)}\n{text}"
-    return systems[0], diagnostics
-
-
-@QUICK
-@given(blocked(fuzzylite_systems(), NORMS, ACTIVATIONS))
-def test_rule_blocks_survive_an_fll_file(system):
-    text, losses = FORMATS["fll"].write(system)
-    assert [str(x) for x in losses if not x.exact] == []
-    back, diagnostics = read("fll", text)
-    assert diagnostics == [], render_all(diagnostics)
-    keeps_blocks(system, back)
-
-
-@QUICK
-@given(blocked(fcl_systems(), [(c, DUAL_OF[c]) for c in CONJUNCTIONS]))
-def test_rule_blocks_survive_an_fcl_file(system):
-    text, losses = FORMATS["fcl"].write(system)
-    assert [str(x) for x in losses if not x.exact] == []
-    back, _ = read("fcl", text)
-    keeps_blocks(system, back)
-
-
-@QUICK
-@given(blocked(fml_systems(), [("min", "max"), ("product", "probabilistic_sum")]))
-def test_rule_blocks_survive_an_fml_file(system):
-    text, losses = FORMATS["fml"].write(system)
-    assert [str(x) for x in losses if not x.exact] == []
-    back, _ = read("fml", text)
-    keeps_blocks(as_read(system)[0], back)
-
+from fuzzyctl import loads
+from tests.fuzzyctl.formats.files import FORMATS, read
 
 SYSTEM = """
 system s
@@ -87,7 +39,7 @@ def test_an_activation_that_a_format_has_not_is_reported(format):
 @pytest.mark.parametrize("format", ["fll", "fcl", "fml"])
 def test_rules_of_no_block_stay_such(format):
     system = loads(SYSTEM.replace(" activation highest(count=1)", ""))
-    back, _ = read(format, FORMATS[format].write(system)[0])
+    back = read(format, FORMATS[format].write(system)[0])
     assert [b.name for b in back.rule_blocks] == ["fast"]
     assert [(m.block, m.implication) for m in back.rule_methods] == [(-1, None), (0, "product"), (0, "product")]
     assert [m.conjunction for m in back.rule_methods][1:] == ["product"] * 2
@@ -109,5 +61,4 @@ class TestFis:
         assert [x.where for x in losses if not x.exact and "rule block" in x.where] == []
         assert "AndMethod='prod'" in text
         assert "ImpMethod='prod'" in text
-        back, _ = read("fis", text)
-        assert not back.rule_blocks
+        assert not read("fis", text).rule_blocks

@@ -2,10 +2,8 @@
 
 import pytest
 
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.registry import FORMATS
-from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.loading.load import loads
+from fuzzyctl import compile, loads
+from tests.fuzzyctl.formats.files import FORMATS, read
 
 SYSTEM = """
 system s
@@ -27,8 +25,7 @@ if x is high then u is linear(1, 2)
 
 def written_and_read(format, text):
     written, _ = FORMATS[format].write(loads(text))
-    (back,), _ = FORMATS[format].read(SourceText(f"s.{format}", written))
-    return written, back
+    return written, read(format, written)
 
 
 @pytest.mark.parametrize("format", ["fis", "fll", "fcl", "fml"])
@@ -37,8 +34,8 @@ def test_numbers_stay(format, term):
     text = SYSTEM.format(term=term)
     _, back = written_and_read(format, text)
     points = [[0.0], [2.5], [7.0], [10.0]]
-    found = compile_system(back, "python").batch(points)
-    assert found == pytest.approx(compile_system(loads(text), "python").batch(points), rel=1e-14)
+    found = compile(back, "python").batch(points)
+    assert found == pytest.approx(compile(loads(text), "python").batch(points), rel=1e-14)
     assert len(back.outputs[0].terms) == 4  # equal ones share a term
 
 
@@ -91,6 +88,6 @@ def test_sets_count_with_the_middles_of_their_cores_in_averages_and_sums(format,
     if (format, defuzzifier) == ("fml", "weighted_sum"):
         assert "defuzzifier weighted_sum" in [x.what for x in losses if not x.exact]
         return
-    (back,), _ = FORMATS[format].read(SourceText(f"t.{format}", text))
-    kernel, there = compile_system(system, "python"), compile_system(back, "python")
+    back = read(format, text)
+    kernel, there = compile(system, "python"), compile(back, "python")
     assert [there(x) for x in (0.0, 2.5, 7.0, 10.0)] == pytest.approx([kernel(x) for x in (0.0, 2.5, 7.0, 10.0)])

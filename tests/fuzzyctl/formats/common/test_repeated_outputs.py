@@ -64,3 +64,8 @@ def test_where_rules_are_compared_the_line_of_the_rule_is_named():
     text = str(caught.value)
     assert "twice.fll:24:26" in text
     assert "then y is very m" in text
+
+
+def test_a_fis_file_has_one_number_for_each_output():
+    with pytest.raises(fuzzyctl.DiagnosticError, match="rule 1 sets 'y' twice"):
+        convert(system(), "fis")

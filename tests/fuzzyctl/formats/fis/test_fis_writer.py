@@ -5,12 +5,11 @@ import re
 
 import pytest
 
-from fuzzyctl import as_profile
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError, render_all
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.fis import read, write
-from fuzzyctl.formats.registry import FORMATS
-from fuzzyctl.loading.load import loads
+from fuzzyctl import DiagnosticError, as_profile, build, loads
+from tests.fuzzyctl.formats.files import FORMATS, read
+from tests.fuzzyctl.formats.one_term import with_membership
+
+write = FORMATS["fis"].write
 
 TWO = """\
 system two
@@ -34,9 +33,11 @@ def two(a=A, b=B, p="constant(1)", extrapolate="", otherwise="2"):
 
 
 def read_back(text):
-    system, diagnostics = read(SourceText("t.fis", text))
-    assert system is not None, render_all(diagnostics)
-    return system
+    return read("fis", text)
+
+
+def lost(losses):
+    return [loss.what for loss in losses if not loss.exact]
 
 
 class TestHeldInputs:
@@ -58,7 +59,7 @@ class TestHeldInputs:
         system = two(a=term)
         text, losses = write(system)
         assert f"MF1='a':{written}\n" in text
-        assert [loss.what for loss in losses if not loss.exact] == []
+        assert lost(losses) == []
         back = read_back(text)
         for x in (-1000.0, -5.0, -3.0, 0.0, 1.0, 2.5, 4.0, 5.0, 9.0, 10.0, 11.0, 16.0, 1000.0):
             assert back(x=x) == pytest.approx(system(x=x), rel=1e-12), x
@@ -76,7 +77,7 @@ class TestHeldInputs:
     )
     def test_what_goes_on_beyond_the_range_changes_numbers(self, changes):
         _, losses = write(two(**changes))
-        assert [loss.what for loss in losses if not loss.exact] == ["clamped to its range"]
+        assert lost(losses) == ["clamped to its range"]
 
     def test_inputs_that_extrapolate_lose_nothing(self):
         assert write(two(a="gaussian(0, 4)", extrapolate=" extrapolate"))[1] == []
@@ -123,7 +124,7 @@ class TestConstants:
         system = two(a="singleton(3)")
         text, losses = write(system)
         assert "MF1='a':'trimf',[3 3 3]\n" in text
-        assert [loss for loss in losses if not loss.exact] == []
+        assert lost(losses) == []
         for x in (2.9, 3.0, 3.1):
             assert read_back(text)(x=x) == system(x=x)
 
@@ -166,10 +167,10 @@ class TestFuzzylite:
         system = as_profile(two(a="gaussian(0, 4)"), "fuzzylite")
         text, losses = write(system)
         assert "LockRange" not in text
-        assert "clamped to its range" in [loss.what for loss in losses if not loss.exact]
+        assert "clamped to its range" in lost(losses)
         straight, losses = write(as_profile(two(a="triangle(-9, 0, 10)"), "fuzzylite"))
         assert "MF1='a':'rampmf',[10 0]" in straight
-        assert [str(loss) for loss in losses if not loss.exact] == []
+        assert lost(losses) == []
 
     @pytest.mark.parametrize(("condition", "code"), [("any a", "0.99"), ("not any a", "-0.99")])
     def test_a_rule_has_a_condition_without_which_fuzzylite_reads_none(self, condition, code):
@@ -199,20 +200,41 @@ def test_formulas_with_commas_are_refused_since_fuzzylite_parts_terms_at_them(fo
 
 
 def test_a_triangle_of_no_height_has_no_word():
-    engine = """Engine: e
-InputVariable: x
-  range: 0 10
-  term: a Triangle 0 5 10
-OutputVariable: y
-  range: 0 10
-  aggregation: Maximum
-  defuzzifier: Centroid 100
-  term: p Triangle 0 4 10 0
-  term: q Triangle 0 4 10
-RuleBlock:
-  implication: Minimum
-  rule: if x is a then y is p and y is q
+    with pytest.raises(DiagnosticError, match="term 'a' of 'x' has the height 0"):
+        write(with_membership(two(a="triangle(0, 4, 10)"), height=build.expression(0)))
+
+
+HYBRID = """\
+system hybrid
+semantics fuzzylite
+input x in [0, 10]
+  low = triangle(-inf, 0, 10)
+  high = ramp(0, 10)
+output y in [0, 4] defuzzifier weighted_average aggregation {aggregation}
+  p = constant(1)
+output z in [0, 4] defuzzifier centroid aggregation max
+  q = triangle(0, 1, 4)
+if x is low then y is p, z is q
 """
-    (system,), _ = FORMATS["fll"].read(SourceText("e.fll", engine))
-    with pytest.raises(DiagnosticError, match="term 'p' of 'y' has the height 0"):
-        write(system)
+
+
+class TestAggregations:
+    """A file names one aggregation for all outputs."""
+
+    @pytest.mark.parametrize(("aggregation", "lost"), [("sum", ["aggregation max"]), ("max", [])])
+    def test_rules_of_one_term_are_joined_before_an_average(self, aggregation, lost):
+        text = f"{HYBRID.format(aggregation=aggregation)}if x is high then y is p\n"
+        _, losses = write(loads(text))
+        assert [x.what for x in losses if x.what.startswith("aggregation")] == lost
+
+    def test_an_average_that_joins_rules_otherwise_is_a_loss_behind_sets(self):
+        text = f"{HYBRID.format(aggregation='sum')}if x is high then y is p\n"
+        y, z = text.index("output y"), text.index("output z")
+        rules = text.index("if x is low")
+        _, losses = write(loads(text[:y] + text[z:rules] + text[y:z] + text[rules:]))
+        assert [x.what for x in losses if x.what.startswith("aggregation")] == ["aggregation sum"]
+
+    def test_an_average_that_joins_nothing_leaves_the_choice_to_sets(self):
+        written, losses = write(loads(HYBRID.format(aggregation="sum")))
+        assert "AggMethod='max'" in written
+        assert [x.what for x in losses if x.what.startswith("aggregation")] == []

@@ -6,12 +6,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.expr import Number
-from fuzzyctl.formats.registry import format_of
-from fuzzyctl.kernels.compile import degrees
-from fuzzyctl.loading.load import examine
-from tests.fuzzyctl.formats.one_term import FLL
+import fuzzyctl
+from tests.fuzzyctl.formats.files import examined as read
+from tests.fuzzyctl.formats.one_term import FLL, degrees
 
 PLACES = [0.0, 0.5, 1.0, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0, 3.5, 4.0, 5.0]
 
@@ -120,16 +117,6 @@ MF1='t':'trimf',[0 1 2]
 """
 
 
-def read(name, text):
-    assert format_of(name) is not None
-    return examine(SourceText(name, text))
-
-
-def of_input(system):
-    assert system is not None
-    return degrees(system, system.inputs[0], system.inputs[0].terms[0], PLACES)
-
-
 def errors(diagnostics):
     return [d.code for d in diagnostics if d.severity == "error"]
 
@@ -142,7 +129,7 @@ def measured(word):
 def test_an_input_has_the_degrees_that_fuzzylite_computes(word):
     system, diagnostics = read("t.fll", FLL.format(word, "Triangle 0 1 2"))
     assert not errors(diagnostics)
-    assert of_input(system) == measured(word)
+    assert degrees(system, PLACES) == measured(word)
     usual = word in ("Bell 2 -1 2", "Spike 2 -1", "Gaussian 2 -1")  # there the sign alone says nothing
     reported = [d for d in diagnostics if d.code == "FZ609"]
     assert len(reported) == (not usual)
@@ -153,8 +140,8 @@ def test_an_input_has_the_degrees_that_fuzzylite_computes(word):
 def test_an_output_has_them_where_they_are_a_set(word):
     system, diagnostics = read("t.fll", FLL.format("Ramp 0 1", word))
     if word in OF_OUTPUTS:
-        output = system.outputs[0]
-        assert degrees(system, output, output.terms[0], PLACES) == measured(word)
+        as_input, _ = read("t.fll", FLL.format(word, "Triangle 0 1 2"))
+        assert system.outputs[0].terms[0].membership == as_input.inputs[0].terms[0].membership
     elif word not in ("Bell 2 -1 2", "Spike 2 -1", "Gaussian 2 -1"):
         assert errors(diagnostics) in (["FZ301"], ["FZ302"])
 
@@ -198,10 +185,10 @@ def test_weights_beyond_1_are_refused_with_the_reason():
 
 def test_a_low_height_is_kept():
     system, _ = read("t.fll", FLL.format("Sigmoid 2 0 0.5", "SigmoidProduct 1 0 -2 3 0.5"))
-    assert of_input(system) == pytest.approx([0.25] * len(PLACES))
-    assert system.outputs[0].terms[0].membership.height == Number(0.25)
+    assert degrees(system, PLACES) == pytest.approx([0.25] * len(PLACES))
+    assert system.outputs[0].terms[0].membership.height == fuzzyctl.build.expression(0.25)
     system, _ = read("t.fll", FLL.format("Bell 2 1 -2 0.5", "Triangle 0 1 2"))
-    assert of_input(system) == pytest.approx([0.5 * float(y) for y in MEASURED["Bell 2 1 -2"].split()], rel=6e-6)
+    assert degrees(system, PLACES) == pytest.approx([0.5 * float(y) for y in MEASURED["Bell 2 1 -2"].split()], rel=6e-6)
 
 
 @pytest.mark.parametrize(
@@ -239,7 +226,7 @@ def test_so_they_are_in_its_fcl_and_fis(formula, reported):
 def test_so_are_the_terms_of_its_fcl(word):
     system, diagnostics = read("t.fcl", FCL.format(word))
     assert not errors(diagnostics)
-    assert of_input(system) == measured(word)
+    assert degrees(system, PLACES) == measured(word)
 
 
 @pytest.mark.parametrize("word", ["Trapezoid -inf -inf 1 2", "Trapezoid 1 2 inf inf", "Trapezoid -inf 0.5 1 2"])
@@ -257,7 +244,7 @@ def test_the_constant_of_a_linear_consequent_may_be_left_out(numbers, given):
     )
     system, diagnostics = read("t.fcl", text)
     assert not errors(diagnostics)
-    assert system.outputs[0].terms[0].membership.arguments == tuple(map(Number, given))
+    assert system.outputs[0].terms[0].membership.arguments == tuple(map(fuzzyctl.build.expression, given))
 
 
 @pytest.mark.parametrize("word", ["Triangle 0 2 4 2.5", "Constant 1.5"])
@@ -284,7 +271,7 @@ def test_degrees_beyond_1_are_refused_there_too(word):
 def test_and_those_of_its_fis(function, numbers, word):
     system, diagnostics = read("t.fis", FIS.format(function, numbers))
     assert not errors(diagnostics)
-    assert of_input(system) == measured(word)
+    assert degrees(system, PLACES) == measured(word)
 
 
 def test_a_constant_beyond_1_is_refused_there():
@@ -301,12 +288,12 @@ def test_a_foot_without_width_is_pointed_at_once():
     system, diagnostics = read("t.fll", FLL.format("PiShape 1 1 2 3", "Triangle 0 1 2"))
     (reported,) = (d for d in diagnostics if d.code == "FZ609")
     assert "'PiShape': its left side has no width" in reported.message
-    assert list(degrees(system, system.inputs[0], system.inputs[0].terms[0], [1.0, math.nextafter(1.0, 2.0)])) == [0, 1]
+    assert list(degrees(system, [1.0, math.nextafter(1.0, 2.0)])) == [0, 1]
 
 
 def test_a_sigmoid_without_slope_is_a_half_at_infinity_too():
     system, _ = read("t.fll", FLL.format("Sigmoid 2 0", "Triangle 0 1 2"))
-    assert list(degrees(system, system.inputs[0], system.inputs[0].terms[0], [-math.inf, math.inf])) == [0.5, 0.5]
+    assert list(degrees(system, [-math.inf, math.inf])) == [0.5, 0.5]
 
 
 def test_matlab_has_no_such_terms():
@@ -332,5 +319,5 @@ def test_trapezoids_in_any_order_are_cut_off_at_the_feet(corners):
     system, diagnostics = read("t.fll", FLL.format(word, "Triangle 0 1 2"))
     assume(any(d.code == "FZ609" for d in diagnostics))
     places = [k / 4 for k in range(-4, 29)]
-    computed = degrees(system, system.inputs[0], system.inputs[0].terms[0], places)
+    computed = degrees(system, places)
     assert list(computed) == pytest.approx([trapezoid(x, *corners) for x in places], abs=1e-15)

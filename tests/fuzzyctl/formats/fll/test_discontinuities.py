@@ -1,18 +1,18 @@
 """Jumps of fuzzylite's terms: what holds there is read and written as its two engines compute it."""
 
 import math
+import re
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.fll.shapes import polygon
-from fuzzyctl.formats.registry import FORMATS
-from fuzzyctl.kernels.compile import degrees
-from fuzzyctl.loading.load import examine
-from tests.fuzzyctl.formats.one_term import FLL
+from fuzzyctl import as_profile, loads
+from tests.fuzzyctl.formats.files import FORMATS, examined
+from tests.fuzzyctl.formats.files import read as sound
+from tests.fuzzyctl.formats.one_term import FLL, degrees
 
+PYTHON = "# numerics of pyfuzzylite\n"
 PLACES = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0]
 
 #: Degrees at these places, of pyfuzzylite 8.0.6 and of fuzzylite 6.0.
@@ -30,21 +30,16 @@ MEASURED = {
 
 
 def read(text, name="t.fll"):
-    return examine(SourceText(name, text))
-
-
-def of_variable(system, variable, places):
-    return list(degrees(system, variable, variable.terms[0], places))
+    return examined(name, text)
 
 
 @pytest.mark.parametrize("points", MEASURED)
 @pytest.mark.parametrize("python", [True, False])
 def test_degrees_at_jumps_are_those_of_the_engine(points, python):
-    said = "# numerics of pyfuzzylite\n" if python else ""
-    system, diagnostics = read(said + FLL.format(f"Discrete {points}", f"Discrete {points}"))
+    system, diagnostics = read(PYTHON * python + FLL.format(f"Discrete {points}", f"Discrete {points}"))
     expected = [float(y) for y in MEASURED[points][not python].split()]
-    for variable in (*system.inputs, *system.outputs):
-        assert of_variable(system, variable, PLACES) == pytest.approx(expected, abs=1e-15)
+    assert degrees(system, PLACES) == pytest.approx(expected, abs=1e-15)
+    assert system.outputs[0].terms == system.inputs[0].terms
     differs = len(set(MEASURED[points])) > 1 and not python
     assert [d.span.line for d in diagnostics if d.code == "FZ609"] == ([4, 9] if differs else [])
 
@@ -69,12 +64,6 @@ def computed(points, x, *, python):
     return y0 + (y1 - y0) * ((x - x0) / (x1 - x0))
 
 
-def of_model(points, x):
-    """The polygon's degree, where the larger one holds at a jump."""
-    there = [y for place, y in zip(points[::2], points[1::2], strict=True) if place == x]
-    return max(there) if there else computed(points, x, python=True)
-
-
 POLYGONS = st.lists(
     st.tuples(st.sampled_from([-2.0, 0.0, 0.5, 1.0, 4.0]), st.sampled_from([0.0, 0.25, 0.5, 1.0])),
     min_size=1,
@@ -88,27 +77,22 @@ def beside(points):
     return [x for p in places for x in (p - 0.125, math.nextafter(p, -9), p, math.nextafter(p, 9), p + 0.125)]
 
 
-@given(POLYGONS, st.booleans())
-def test_a_polygon_is_read_as_computed(points, python):
-    made = polygon(points, python=python)
-    for x in beside(points):
-        assert of_model(made, x) == pytest.approx(computed(points, x, python=python), abs=1e-15)
+@given(POLYGONS, st.booleans(), st.booleans())
+def test_a_polygon_is_read_as_computed_and_written_to_be_computed_so(points, python, other):
+    word = f"Discrete {' '.join(map(str, points))}"
+    system, _ = read(PYTHON * python + FLL.format(word, "Triangle 0 1 2"))
+    places = beside(points)
+    expected = pytest.approx([computed(points, x, python=python) for x in places], abs=1e-15)
+    assert degrees(system, places) == expected
+    text, _ = FORMATS["fll"].write(as_profile(system, "pyfuzzylite" if other else "fuzzylite"))
+    kind, numbers = re.search(r"term: t (\w+) (.*)", text).groups()
+    if kind == "Discrete":
+        shown = tuple(map(float, numbers.split()))
+        assert [computed(shown, x, python=other) for x in places] == expected
+    assert degrees(sound("fll", text), places) == expected
 
 
-@given(POLYGONS, st.booleans())
-def test_a_polygon_is_written_to_be_computed_so(points, python):
-    shown = polygon(points, python=python, written=True)
-    for x in beside(points):
-        assert computed(shown, x, python=python) == pytest.approx(of_model(points, x), abs=1e-15)
-
-
-@given(POLYGONS, st.booleans())
-def test_what_was_read_is_written_and_read_as_the_same(points, python):
-    once = polygon(points, python=python)
-    assert polygon(polygon(once, python=python, written=True), python=python) == once
-
-
-@pytest.mark.parametrize("said", ["", "# numerics of pyfuzzylite\n"])
+@pytest.mark.parametrize("said", ["", PYTHON])
 @pytest.mark.parametrize(
     "word", [*(f"Discrete {points}" for points in MEASURED), "PiShape 1 1 2 3", "PiShape 0 0 0 1 0.5", "SShape 2 2"]
 )
@@ -122,6 +106,17 @@ def test_files_come_back_as_the_same_system(word, said):
     assert not [d for d in diagnostics if d.severity == "error"]
 
 
+def test_a_degree_of_one_place_is_written_between_its_neighbours():
+    text = "system s\nsemantics fuzzylite\ninput a in [0, 2] extrapolate\n"
+    text += (
+        "  t = piecewise(0, 0, 1, 0.25, 1, 1, 1, 0.25, 2, 0)\noutput y in [0, 5] else nan\n  t = triangle(0, 1, 2)\n"
+    )
+    written, _ = FORMATS["fll"].write(loads(text + "if a is t then y is t\n"))
+    assert "Discrete 0 0 0.9999999999999999 0.25 1 1 1.0000000000000002 0.25 2 0\n" in written
+    places = [math.nextafter(1, 0), 1.0, math.nextafter(1, 2)]
+    assert degrees(sound("fll", written), places) == pytest.approx([0.25, 1.0, 0.25], abs=1e-15)
+
+
 @pytest.mark.parametrize("kind", ["fll", "fis", "fcl"])
 def test_a_side_without_width_is_written_so_that_its_foot_has_1(kind):
     text = """
@@ -133,9 +128,9 @@ output y in [0, 5] else nan defuzzifier centroid(resolution=100)
   t = triangle(0, 1, 2)
 if a is t then y is t
 """
-    system, _ = examine(SourceText("t.fz", text))
+    system = loads(text)
     written, _ = FORMATS[kind].write(system)
     assert "0.9999999999999999" in written
-    again, _ = read(written, f"t.{kind}")
+    again = sound(kind, written)
     assert again.inputs[0].terms[0].membership.arguments == system.inputs[0].terms[0].membership.arguments
-    assert of_variable(again, again.inputs[0], [0.9999999999999999, 1.0]) == [0.0, 1.0]
+    assert degrees(again, [0.9999999999999999, 1.0]) == [0.0, 1.0]

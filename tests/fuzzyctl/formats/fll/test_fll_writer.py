@@ -2,12 +2,11 @@
 
 import pytest
 
-from fuzzyctl import as_profile
+from fuzzyctl import DiagnosticError, as_profile, loads
 from fuzzyctl.convert.convert import convert
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError, render_all
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.fll import read, write
-from fuzzyctl.loading.load import loads
+from tests.fuzzyctl.formats.files import FORMATS, errors, read
+
+write = FORMATS["fll"].write
 
 TWO = """\
 system two
@@ -61,9 +60,7 @@ class TestTails:
 
     def test_a_system_of_fuzzylite_stays_one(self):
         text = write(two())[0].partition("\n")[2]
-        system, diagnostics = read(SourceText("t.fll", text))
-        assert system is not None, render_all(diagnostics)
-        assert head(system) == "Engine: two"
+        assert head(read("fll", text)) == "Engine: two"
 
 
 class TestPlaces:
@@ -98,7 +95,7 @@ def test_an_input_that_equals_a_number_is_a_triangle_without_sides():
     text, losses = write(system)
     assert "  term: a Triangle 3 3 3\n" in text
     assert losses == []
-    back, _ = read(SourceText("t.fll", text))
+    back = read("fll", text)
     for x in (2.9, 3.0, 3.1):
         assert back(x=x) == system(x=x)
 
@@ -130,8 +127,7 @@ class TestInvertedTerms:
         text, losses = write(system)
         assert [x for x in losses if not x.exact] == []
         assert f"  term: p {written}\n" in text
-        back, diagnostics = read(SourceText("t.fll", text))
-        assert back is not None, render_all(diagnostics)
+        back = read("fll", text)
         assert back.method.defuzzifier.kind == method
         for x in (1.0, 4.0, 5.0, 7.5, 9.0):
             assert back(x=x) == pytest.approx(system(x=x), rel=1e-14), x
@@ -172,9 +168,7 @@ class TestInvertedTerms:
     def test_tsukamoto_said_of_what_fuzzylite_cannot_invert_is_an_error_at_the_term(self):
         text = write(two(method="tsukamoto", p="ramp(4, 0)", q="ramp(0, 4)", **FLAT))[0]
         text = text.replace("term: p Ramp 4 0", "term: p Discrete 0 1 4 0")
-        system, diagnostics = read(SourceText("t.fll", text))
-        assert system is None
-        ((code, message, line),) = [(d.code, d.message, d.span.line) for d in diagnostics]
+        ((code, message, line),) = [(d.code, d.message, d.span.line) for d in errors("fll", text)]
         assert (code, text.splitlines()[line - 1].strip()) == ("FZ214", "term: p Discrete 0 1 4 0")
         assert message == "'WeightedAverage Tsukamoto' inverts terms, and fuzzylite cannot invert 'p'"
 
@@ -196,14 +190,14 @@ def test_nothing_stands_behind_any(condition):
     system = loads(text.replace("if x is a then", f"if {condition} then"))
     written = write(system)[0]
     assert f"rule: if {ANY[condition]} then y is p\n" in written
-    back, _ = read(SourceText("t.fll", written))
+    back = read("fll", written)
     for x in (0.0, 2.5, 7.0, 10.0):
         assert back(x=x) == pytest.approx(system(x=x), rel=1e-12)
 
 
 def test_the_normalized_sum_is_the_bounded_one():
     written = write(two())[0].replace("disjunction: Maximum", "disjunction: NormalizedSum")
-    back, _ = read(SourceText("t.fll", written))
+    back = read("fll", written)
     assert back.method.disjunction == "bounded_sum"
     assert "disjunction: BoundedSum" in write(back)[0]
 

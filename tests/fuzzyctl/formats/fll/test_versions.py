@@ -2,9 +2,8 @@
 
 import pytest
 
-from fuzzyctl import as_profile
-from fuzzyctl.formats.fll import write
-from fuzzyctl.loading.load import loads
+from fuzzyctl import as_profile, loads
+from tests.fuzzyctl.formats.files import write
 
 FCL = """\
 //Code automatically generated with fuzzylite {version}.
@@ -131,5 +130,5 @@ def test_a_number_that_a_file_says_stays_when_another_version_computes(other):
 def test_samples_are_written_so_that_every_version_takes_as_many():
     exact = as_profile(loads(FLL.format(version="7.0"), "hvac.fll"), "exact")
     assert exact.method.defuzzifier.resolution is None
-    text, _ = write(exact)
+    text, _ = write("fll", exact)
     assert "  defuzzifier: Centroid 1000\n" in text
