@@ -52,9 +52,13 @@ class TestCompletion:
 
     @pytest.mark.parametrize("place", BEGUN)
     def test_words_are_explained_and_skeletons_begin_with_their_word(self, place):
+        for label, item in items(BEGUN[place]).items():
+            assert (item.text_edit.new_text, item.insert_text_format) == (label, None)
         for label, item in items(BEGUN[place], SNIPPETS).items():
             assert item.documentation or item.detail, label
-            if item.insert_text_format == lsp.InsertTextFormat.Snippet:
+            if item.insert_text_format is None:
+                assert item.text_edit.new_text == label
+            else:
                 assert item.text_edit.new_text.startswith(label)
                 assert "${1:" in item.text_edit.new_text
                 assert item.text_edit.new_text.count("{") == item.text_edit.new_text.count("}")
