@@ -193,6 +193,10 @@ class TestCommand:
         assert (got, says in err) == (status, True), err
         assert [p.name for p in tmp_path.iterdir()] == ["short.toml"]
 
+    def test_a_scenario_without_a_disturbance_to_fit_is_refused(self, dwmr):
+        status, _, err = dwmr("calibrate", "undisturbed", "--parameters", "sinusoid_v")
+        assert (status, "there is none of kind 'sinusoid'" in err) == (1, True)
+
     def test_a_scenario_without_the_robots_of_the_table_is_refused(self, dwmr, tmp_path):
         (tmp_path / "other.toml").write_text((find("paper")).read_text().replace("follower2", "third"))
         status, _, err = dwmr("calibrate", "other.toml")

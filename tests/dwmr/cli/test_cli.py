@@ -167,7 +167,7 @@ def a_file(folder):
     return folder / "file"
 
 
-#: Bad inputs: arguments, of which functions write a file, exit code, words of the answer.
+#: Bad inputs: arguments (a function writes a file and returns its path), exit code, words of the answer.
 BAD = {
     "a scenario that is not there": (["nowhere.toml"], 2, ["no scenario 'nowhere.toml'", "paper"]),
     "a misspelt name": (["papper"], 2, ["did you mean 'paper'?"]),

@@ -234,6 +234,11 @@ class TestShow:
         assert said.count("encoders of 2000 steps") == 1
         assert "MuJoCo" not in dwmr("show", "paper")[1]
 
+    def test_takes_options_for_a_scenario_only(self, dwmr):
+        assert dwmr("show", "--set", "run.horizon=3")[0] == 2
+        changed = ("--set", "formation.leader_velocity=wheels", "--set", "disturbances=[]")
+        assert "followers know the velocity of their leader's wheels" in dwmr("show", "paper", *changed)[1]
+
     def test_says_where_an_open_path_goes_on_straight(self, dwmr):
         way = 'reference={kind="waypoints",points=[[0,0],[9,1],[12,8]],duration=60}'
         assert "straight on from 60 s" in dwmr("show", "paper", "--set", way)[1]

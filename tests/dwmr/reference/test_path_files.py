@@ -11,11 +11,11 @@ from tests.dwmr.scenarios import mistakes
 
 #: Texts of CSV files, the place of the only mistake, and words of its message.
 MISTAKES = [
-    ("t,x,y\n0,0,0\n1,nan,0\n", ":3:3", "column x: nan is no finite number"),
-    ("t,x,y\n0,0,0\n1,0,-inf\n", ":3:5", "column y: -inf is no finite number"),
+    ("t,x,y\n0,0,0\n1,nan,0\n", ":3:3", "column x: nan is not a finite number"),
+    ("t,x,y\n0,0,0\n1,0,-inf\n", ":3:5", "column y: -inf is not a finite number"),
     ("t,x,y\n0,0,0\n1,2e9,0\n", ":3:3", "column x: 2e9 is beyond 1e+09"),
-    ("t,x,y\n0,0,zero\n", ":2:5", "column y: zero is no number"),
-    ("t,x,y\n0,1_0,0\n", ":2:3", "column x: 1_0 is no number"),
+    ("t,x,y\n0,0,zero\n", ":2:5", "column y: zero is not a number"),
+    ("t,x,y\n0,1_0,0\n", ":2:3", "column x: 1_0 is not a number"),
     ("t,x,y\n0,,0\n", ":2:3", "column x is empty"),
     ("x,t,y\n0,1,0\n1,1,0\n", ":3:3", "1 comes after 1; times must increase"),
     ("t,x,y\n0,0,0\n5,1,0\n4,2,0\n", ":4:1", "4 comes after 5; times must increase"),
