@@ -275,3 +275,18 @@ def test_commands_print_through_one_module():
     folders = [ROOT / "fuzzyctl" / "cli", ROOT / "apps" / "dwmr" / "cli"]
     users = {p.name for folder in folders for p in folder.glob("*.py") if "click.echo(" in p.read_text("utf-8")}
     assert users <= allowed
+
+
+#: Modules that documentation offers; tests import at most so many others, and the number may only fall.
+PUBLIC = {"fuzzyctl", "fuzzyctl.building.build", "fuzzyctl.plot", "fuzzyctl.testing", "dwmr"}
+MOST_INTERNAL = 135
+
+
+def test_tests_speak_through_the_public_api():
+    """Each internal module that a test imports has to keep its place and its names when code moves."""
+    known = {".".join(p.relative_to(ROOT).with_suffix("").parts) for p in modules()}
+    known = {m.removesuffix(".__init__").removeprefix("apps.") for m in known}
+    names = {name for path in (ROOT / "tests").rglob("*.py") for name in imported(path)}
+    internal = {name for name in names & known - PUBLIC if not name.startswith("fuzzyctl.interop.")}
+    packages = {name for name in internal if any(other.startswith(f"{name}.") for other in internal)}
+    assert len(internal - packages) <= MOST_INTERNAL, sorted(internal - packages)

@@ -34,7 +34,7 @@ COMMANDS = {
     "eval tipper.fz": (["eval", TIPPER, "service=7", "food=8"], "from pydantic import BaseModel; import click"),
 }
 #: Files and calls that `eval tipper.fz` may take.
-MOST_FILES, MOST_CALLS = 90, 9000
+MOST_FILES, MOST_CALLS = 60, 8000
 
 
 def walk(arguments):
