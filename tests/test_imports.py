@@ -277,7 +277,7 @@ def test_commands_print_through_one_module():
     assert users <= allowed
 
 
-#: Modules that documentation offers; tests import at most so many others, and the number may only fall.
+#: The documented modules, and the largest number of other modules that tests import; it may only fall.
 PUBLIC = {"fuzzyctl", "fuzzyctl.building.build", "fuzzyctl.plot", "fuzzyctl.testing", "dwmr"}
 MOST_INTERNAL = 135
 
