@@ -8,6 +8,7 @@ import pytest
 
 from fuzzyctl import DiagnosticError, as_profile, compile, dump, load, loads
 from fuzzyctl.kernels.compile import degrees
+from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.testing import run_command
 from tests import sizes
 
@@ -70,6 +71,14 @@ def test_degrees_are_held_and_0_where_they_have_no_value():
 def test_what_does_not_sample_refuses_them(defuzzifier, message):
     with pytest.raises(DiagnosticError, match=f"FZ214.*{message}"):
         loads(FORMULAS.format(**USUAL | {"defuzzifier": defuzzifier}))
+
+
+@pytest.mark.parametrize(("kind", "lacks"), [("centroid", "closed form"), ("weighted_average", "known peak")])
+def test_kernels_refuse_what_no_check_has_seen(kind, lacks):
+    system = loads(FORMULAS.format(**USUAL))
+    method = system.method.model_copy(update={"defuzzifier": Defuzzifier(kind=kind)})
+    with pytest.raises(DiagnosticError, match=f"FZ214.*has no {lacks}"):
+        compile(system.model_copy(update={"method": method}), backend="python")
 
 
 def test_they_name_nothing_but_the_output_and_params():
