@@ -246,7 +246,8 @@ def completed(text: str) -> str:
     Whatever the fragment does not declare is added: `system example`, the inputs `e` and `de` and the output `u`, each
     with the terms N, Z and P over [-1, 1], and rules that use every term of the output.
     """
-    lines = re.sub(r"#.*", "", text).splitlines()
+    own = re.split(r"^(?:controller|plant|loop) ", text, maxsplit=1, flags=re.MULTILINE)[0]  # without other blocks
+    lines = re.sub(r"#.*", "", own).splitlines()
     keywords = {line.split()[0] for line in lines if line.strip()}
     names = {kind: [m[1] for line in lines if (m := re.match(rf"{kind} (\w+)", line))] for kind in ("input", "output")}
     added = []
