@@ -55,6 +55,13 @@ class TestNorms:
         assert s(a, low) <= s(a, high) + 4.5e-16
         assert max(a, b) - 2.3e-16 <= s(a, b) <= 1
 
+    @pytest.mark.parametrize("name", CONJUNCTIONS)
+    @QUICK
+    @given(a=st.integers(0, 16), b=st.integers(0, 16), c=st.integers(0, 16))
+    def test_a_t_norm_is_associative(self, name, a, b, c):
+        t, (a, b, c) = norm(CONJUNCTIONS, name), (a / 16, b / 16, c / 16)
+        assert t(t(a, b), c) == pytest.approx(t(a, t(b, c)), abs=1e-15)
+
     @pytest.mark.parametrize(("t", "s"), list(zip(CONJUNCTIONS, DISJUNCTIONS, strict=True)))
     @QUICK
     @given(a=st.integers(0, 16), b=st.integers(0, 16))
