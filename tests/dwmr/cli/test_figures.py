@@ -39,7 +39,7 @@ class TestFigures:
         ("arguments", "status", "words"),
         [
             (["paper", "--only", "7"], 2, "figures 8 to 39 have counterparts"),
-            (["paper", "--only", "eight"], 2, "'eight' is not a number"),
+            (["paper", "--only", "eight"], 2, "'eight' is not the number of a figure"),
             (["paper", "--format", "bmp"], 2, "'bmp' is not one of"),
             (["paper", "--only", "29"], 1, "figure 29 is left out: it shows rigid bodies"),
             (["paper", "--set", "obstacles=[]", "--only", "14-17"], 1, "the scenario has none of these figures"),

@@ -182,7 +182,7 @@ WARNED = [
      "load.start = 201 s comes after the end of the run at 200 s: it never acts"),
     (["disturbances.2.start=201", "disturbances.2.stop=210"], "disturbances.2.start = 201 s comes after the end"),
     (["run.horizon=20"], ""),
-    (["run.horizon=1.003"], "run.horizon = 1.003 s is no multiple"),
+    (["run.horizon=1.003"], "run.horizon = 1.003 s is not a multi"),
     (["disturbances.0.robots=[]"], "disturbances.0.robots = [] names no robot"),
     (['disturbances.0.robots=["leader", "leader"]'], "disturbances.0.robots names leader twice"),
     (["disturbances.0.angular_frequency=2600"], "disturbances.0.angular_frequency = 2600 rad/s"),

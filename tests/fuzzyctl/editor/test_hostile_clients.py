@@ -171,7 +171,7 @@ def test_a_request_without_proper_parameters_has_an_error_as_its_answer(params, 
     wire, protocol = Wire(), FuzzyServer().protocol
     protocol.set_writer(wire)
     data = {"jsonrpc": "2.0", "id": 7, "method": "textDocument/hover", "params": WRONG[params]}
-    with pytest.raises(JsonRpcException, match="no parameters of 'textDocument/hover'"):
+    with pytest.raises(JsonRpcException, match="not parameters of 'textDocument/hover'"):
         protocol.structure_message(data)
     answer = json.loads(wire.sent.partition(b"\r\n\r\n")[2])
     assert (answer["id"], answer["error"]["code"]) == (7, -32602)

@@ -73,7 +73,7 @@ class TestLoop:
             ({"block": "lwa"}, UnknownNameError, "did you mean 'law'"),
             ({"block": None}, ArgumentError, "'block' is the controller"),
             ({"reward": "iea"}, UnknownNameError, "no measure 'iea'"),
-            ({"reward": "settling"}, ArgumentError, "no sum over the steps"),
+            ({"reward": "settling"}, ArgumentError, "not a sum over the steps"),
             ({"reward": 3}, ArgumentError, "reward must be a function"),
             ({"start": {"tank.x": (0, 1)}}, UnknownNameError, r"no state 'tank\.x'"),
             ({"start": {"tank.h": (0.7, 0.3)}}, ValueOutOfBoundsError, "two numbers, the smaller one first"),
