@@ -5,6 +5,7 @@ import itertools
 import re
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -89,7 +90,8 @@ def ran(text):
 
 
 def shown(text):
-    assert run_command("page", "-", "--quiet", stdin=text).exit_code in (0, 1)
+    with TemporaryDirectory() as folder:
+        assert run_command("page", "-", "-o", f"{folder}/s.html", "--quiet", stdin=text).exit_code in (0, 1)
 
 
 #: What is done with a text, by what grows, and the smaller of two sizes: the other is twice as large.
