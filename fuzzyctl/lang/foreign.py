@@ -203,7 +203,7 @@ def misplaced_else(source: SourceText, line: LogicalLine, above: Any) -> Diagnos
     end = Span(source, above.span.end, above.span.end)
     return Diagnostic(
         "FZ101",
-        f"'{match[1]}' does not begin a statement: what an output is where no rule fires stands in its own line",
+        f"'{match[1]}' does not begin a statement: the value of an output where no rule fires has its own line",
         Span(source, *match.span(1)),
         help=f"write: {above.span.text.strip()} else {value}",
         fix=Fix((Replacement(end, f" else {value}"), Replacement(whole, "")), "sure"),
