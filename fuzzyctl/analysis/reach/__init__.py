@@ -1,0 +1,1 @@
+"""Reachable sets of loops."""

@@ -1,0 +1,179 @@
+"""Reachable sets of differential equations over a step: Taylor polynomials over forms, with a proved remainder.
+
+Source:
+    Makino, Berz: Taylor models and other validated functional inclusion methods, 2003; Nedialkov, Jackson, Corliss:
+    Validated solutions of initial value problems for ordinary differential equations, 1999 (a-priori enclosures).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from fuzzyctl.analysis.reach import forms
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, hulled, interval, plus, scaled
+from fuzzyctl.analysis.reach.series import Nodes, NotSmoothError, Series
+
+#: Order of the Taylor polynomials.
+ORDER: Final = 4
+#: How often a tube is widened before the step is halved.
+_TRIES: Final = 12
+
+
+class NoTubeError(Exception):
+    """Raised if no a-priori enclosure is proved: the step is too long, or a solution may grow without limit."""
+
+
+class Flow:
+    """Solutions of x' = f(t, x, u) over steps in which u is constant.
+
+    Args:
+        nodes: Derivatives of the states from time, states and constants, in this order.
+        states: How many states there are.
+        influence: Bounds of the derivatives of f by the states and by disturbances, from time, states, constants and
+            disturbances; None without disturbances.
+    """
+
+    def __init__(self, nodes: Nodes, states: int) -> None:
+        self.nodes, self.states = nodes, states
+
+    def tube(self, time: float, step: float, x: Sequence[Form], constants: Sequence[Value]) -> list[Form]:
+        """Return intervals that hold all solutions over a step, by Picard's inclusion.
+
+        Raises:
+            NoTubeError: If none is proved.
+        """
+        fixed = [c if isinstance(c, float) else hulled(c) for c in constants]
+        start = [hulled(a) for a in x]
+        clock = _clock(time, step)
+        lows, highs = (np.array(e) for e in zip(*map(ends, start), strict=True))
+        tube = start
+        for attempt in range(_TRIES):
+            rates = Series(self.nodes, [clock, *tube, *fixed]).extend()
+            slow, fast = (np.array(e) for e in zip(*(ends(as_form(r)) for r in rates), strict=True))
+            low, high = lows + np.minimum(step * slow, 0.0), highs + np.maximum(step * fast, 0.0)
+            if not (np.all(np.isfinite(low)) and np.all(np.isfinite(high))):
+                break
+            next_tube = [interval(a, b) for a, b in zip(*np.broadcast_arrays(low, high), strict=True)]
+            if attempt and all(_holds(a, b) for a, b in zip(tube, next_tube, strict=True)):
+                return next_tube
+            grown = 0.05 * (high - low) + 1e-12 * (1.0 + np.abs(low) + np.abs(high))
+            old_low, old_high = (np.array(e) for e in zip(*map(ends, tube), strict=True))
+            low, high = np.minimum(low - grown, old_low), np.maximum(high + grown, old_high)
+            tube = [interval(a, b) for a, b in zip(low, high, strict=True)]
+        raise NoTubeError
+
+    def advance(
+        self, time: float, step: float, x: Sequence[Form], constants: Sequence[Value]
+    ) -> tuple[list[Form], list[Form]]:
+        """Return the states at the end of a step, and over it.
+
+        Args:
+            time: At the begin of the step [s].
+            step: Its length [s].
+            x: Forms of the states.
+            constants: Values that stay as they are over the step.
+
+        Returns:
+            Forms at the end, with errors of their own, and forms over the step, in which the last symbol is the time.
+
+        Raises:
+            NoTubeError: If no enclosure of the solutions is proved.
+        """
+        tube = self.tube(time, step, x, constants)
+        order = ORDER
+        while True:
+            try:
+                rest = self._coefficients(_clock(time, step), tube, [_flat(c) for c in constants], order + 1)[-1]
+                polynomial = self._coefficients(time, x, constants, order)
+            except NotSmoothError:
+                order = 0
+                rest = self._over_tube(time, step, x, tube, constants)
+                polynomial = [list(x)]
+            break
+        end = [_evaluated([p[k] for p in polynomial], as_form(rest[k]), step) for k in range(self.states)]
+        over = [_over([p[k] for p in polynomial], as_form(rest[k]), step) for k in range(self.states)]
+        return end, over
+
+    def _over_tube(
+        self, time: float, step: float, x: Sequence[Form], tube: Sequence[Form], constants: Sequence[Value]
+    ) -> list[Value]:
+        """Return the derivatives over a step, correlated with the states at its begin."""
+        width = x[0].shape[-1]
+        moved = []
+        rates = Series(self.nodes, [_clock(time, step), *tube, *map(_flat, constants)]).extend()
+        for a, rate in zip(x, rates, strict=True):
+            low, high = ends(as_form(rate))
+            moved.append(plus(a, interval(np.minimum(step * low, 0.0), np.maximum(step * high, 0.0))))
+        del width
+        return Series(self.nodes, [_clock(time, step), *moved, *constants]).extend()
+
+    def _coefficients(
+        self, time: Value, x: Sequence[Value], constants: Sequence[Value], order: int
+    ) -> list[list[Value]]:
+        """Return the Taylor coefficients of the states from order 0 on."""
+        series = Series(self.nodes, [time, *x, *constants])
+        results: list[list[Value]] = [list(x)]
+        idle = [0.0] * len(constants)
+        following: list[Value] | None = None
+        for k in range(order):
+            rates = series.extend(following)
+            results.append([scaled(r, 1.0 / (k + 1)) for r in rates])
+            following = [1.0 if k == 0 else 0.0, *results[-1], *idle]
+        return results
+
+
+def _flat(a: Value) -> Value:
+    return a if isinstance(a, float) else hulled(a)
+
+
+def _clock(time: float, step: float) -> Form:
+    """Return the times of a step, without its end: a signal that jumps there has not jumped yet."""
+    return interval(np.array([time]), np.array([np.nextafter(time + step * (1.0 - 1e-9), time)]))
+
+
+def _holds(a: Form, b: Form) -> bool:
+    """Return whether intervals hold others."""
+    (low, high), (inner_low, inner_high) = ends(a), ends(b)
+    return bool(np.all(low <= inner_low) and np.all(inner_high <= high))
+
+
+def _evaluated(coefficients: Sequence[Value], rest: Form, step: float) -> Form:
+    """Return a polynomial with its remainder at the end of a step."""
+    total: Value = scaled(hulled(rest), step ** len(coefficients)) if len(coefficients) > 1 else scaled(rest, step)
+    for k in range(len(coefficients) - 1, -1, -1):
+        total = plus(total, scaled(coefficients[k], step**k))
+    return as_form(total)
+
+
+def _over(coefficients: Sequence[Value], rest: Form, step: float) -> Form:
+    """Return a polynomial with its remainder over a step; the last symbol is the time, -1 at its begin, 1 at its end."""
+    total = as_form(coefficients[0])
+    if len(coefficients) > 1 and not isinstance(coefficients[1], float):
+        slope = scaled(coefficients[1], 0.5 * step)
+        total = plus(total, slope)
+        slope = as_form(slope)
+        total = forms.widened(as_form(total), as_form(total).shape[-1] + 1).copy()
+        total[..., -1] += slope[..., 0]
+        total[..., 1] += forms.radius(slope)
+    elif len(coefficients) > 1:
+        slope_value = 0.5 * step * float(coefficients[1])  # type: ignore[arg-type]
+        total = forms.widened(total, total.shape[-1] + 1).copy()
+        total[..., 0] += slope_value
+        total[..., -1] += slope_value
+    else:
+        total = forms.widened(total, total.shape[-1] + 1)
+    for k in range(2, len(coefficients)):
+        part = coefficients[k]
+        if isinstance(part, float) and part == 0.0:
+            continue
+        low, high = ends(as_form(part))
+        total = as_form(plus(total, interval(np.minimum(low * step**k, 0.0), np.maximum(high * step**k, 0.0))))
+    low, high = ends(rest)
+    power = step ** len(coefficients)
+    return as_form(plus(total, interval(np.minimum(low * power, 0.0), np.maximum(high * power, 0.0))))
+
+
+__all__ = ["DomainError", "Flow", "NoTubeError"]

@@ -1,0 +1,346 @@
+"""Affine forms over shared symbols, rounded outward, for many boxes at once.
+
+A form is an array whose last axis holds the centre c, the radius r of an error of its own, and a coefficient for each
+symbol: the set of c + r e + g1 e1 + ... + gp ep for all e in [-1, 1]. Forms with the same symbols are correlated. An
+interval is a form without symbols. Numbers are constants.
+
+Source:
+    Stolfi, de Figueiredo: Self-validated numerical methods and applications, 1997 (affine arithmetic).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+Form = npt.NDArray[np.float64]
+#: A number or a form of shape (boxes, 2 + symbols).
+Value = float | Form
+Mask = npt.NDArray[np.bool_]
+
+#: Relative bounds of the rounding errors of a sum, and of a product with its radii.
+_SUM: Final = 8 * 2.0**-53
+_PRODUCT: Final = 32 * 2.0**-53
+#: Relative error of a library function.
+_LIBRARY: Final = 16 * 2.0**-53
+#: Above all that underflows.
+_TINY: Final = 1e-300
+
+
+class DomainError(Exception):
+    """Raised if a set reaches beyond the domain of a function."""
+
+
+def radius(a: Form) -> Form:
+    """Return the radius of each box, shape (boxes,), rounded up."""
+    return np.asarray(np.abs(a[..., 1:]).sum(-1) * (1.0 + _SUM * a.shape[-1]))
+
+
+def ends(a: Value) -> tuple[Form, Form]:
+    """Return the lower and upper ends of each box, rounded outward."""
+    if isinstance(a, float):
+        return np.array([a]), np.array([a])
+    r, c = radius(a), a[..., 0]
+    slack = _SUM * (np.abs(c) + r)
+    return c - r - slack, c + r + slack
+
+
+def interval(low: Form, high: Form) -> Form:
+    """Return the form without symbols that holds all numbers between two ends, shape (boxes, 2)."""
+    c = 0.5 * (low + high)
+    r = np.maximum(high - c, c - low)
+    return np.stack([c, r + _SUM * (np.abs(c) + r) + _TINY], -1)
+
+
+def hulled(a: Form) -> Form:
+    """Return a form without its symbols, shape (boxes, 2)."""
+    return np.stack([a[..., 0], radius(a)], -1)
+
+
+def _padded(a: Form, magnitude: Any, relative: float = _SUM) -> Form:
+    a[..., 1] = a[..., 1] * (1.0 + _SUM) + relative * magnitude + _TINY
+    return a
+
+
+def _size(a: Form) -> Form:
+    return np.asarray(np.abs(a).sum(-1))
+
+
+def negative(a: Value) -> Value:
+    """Return -a."""
+    if isinstance(a, float):
+        return -a
+    out = -a
+    out[..., 1] = a[..., 1]
+    return out
+
+
+def plus(a: Value, b: Value) -> Value:
+    """Return a + b."""
+    if isinstance(a, float):
+        if isinstance(b, float):
+            return a + b
+        a, b = b, a
+    assert not isinstance(a, float)
+    if isinstance(b, float):
+        if b == 0.0:
+            return a
+        out = a.copy()
+        out[..., 0] += b
+        return _padded(out, np.abs(out[..., 0]))
+    if a.shape[-1] != b.shape[-1]:
+        a, b = aligned(a, b)
+    out = a + b
+    return _padded(out, _size(out))
+
+
+def aligned(a: Form, b: Form) -> tuple[Form, Form]:
+    """Return two forms with as many symbols: an interval does not depend on any."""
+    width = max(a.shape[-1], b.shape[-1])
+    return widened(a, width), widened(b, width)
+
+
+def widened(a: Form, width: int) -> Form:
+    """Return a form with further symbols on which it does not depend."""
+    missing = width - a.shape[-1]
+    return np.concatenate([a, np.zeros((*a.shape[:-1], missing))], -1) if missing else a
+
+
+def minus(a: Value, b: Value) -> Value:
+    """Return a - b."""
+    return plus(a, negative(b))
+
+
+def scaled(a: Value, factor: float) -> Value:
+    """Return a times a number."""
+    if isinstance(a, float):
+        return a * factor
+    out = a * factor
+    out[..., 1] = np.abs(out[..., 1])
+    return _padded(out, _size(out))
+
+
+def times(a: Value, b: Value) -> Value:
+    """Return a b; squares of symbols lie in [0, 1]."""
+    if isinstance(b, float):
+        return scaled(a, b)
+    if isinstance(a, float):
+        return scaled(b, a)
+    if a.shape[-1] != b.shape[-1]:
+        a, b = aligned(a, b)
+    ca, cb = a[..., :1], b[..., :1]
+    ra, rb = radius(a), radius(b)
+    out = ca * b + cb * a
+    both = a[..., 2:] * b[..., 2:]
+    size_a, size_b = np.abs(a[..., 0]), np.abs(b[..., 0])
+    out[..., 0] = a[..., 0] * b[..., 0] + 0.5 * both.sum(-1)
+    out[..., 1] = size_a * b[..., 1] + size_b * a[..., 1] + np.maximum(ra * rb - 0.5 * np.abs(both).sum(-1), 0.0)
+    return _padded(out, (size_a + ra) * (size_b + rb), _PRODUCT * (1 + a.shape[-1]))
+
+
+def on_line(a: Form, slope: Any, offset: Any, error: Any) -> Form:
+    """Return offset + slope (a - centre of a) + an error of its own; slope and offset have one number for each box."""
+    out = np.asarray(a * np.asarray(slope)[..., None])
+    out[..., 1] = np.abs(out[..., 1]) + error
+    out[..., 0] = offset
+    return _padded(out, _size(out) + np.abs(offset))
+
+
+def through(
+    a: Form,
+    function: Callable[[Form], Form],
+    curvature: Callable[[Form, Form], tuple[Form, Form]],
+) -> Form:
+    """Return a smooth function of a form: its secant over the range, with the error that the curvature bounds.
+
+    For x in [l, u] the function less the secant is f''(z) (x - l) (x - u) / 2 for some z in the range.
+
+    Args:
+        a: The form.
+        function: For the ends of ranges.
+        curvature: Returns the ends of the second derivative over ranges, given by their ends.
+    """
+    low, high = ends(a)
+    at_low, at_high = function(low), function(high)
+    width = high - low
+    slope = np.where(width > 0.0, (at_high - at_low) / np.where(width > 0.0, width, 1.0), 0.0)
+    least, most = curvature(low, high)
+    share = 0.125 * width * width * (1.0 + _PRODUCT)
+    below, above = np.minimum(-most * share, 0.0), np.maximum(-least * share, 0.0)
+    error = 0.5 * (above - below) + _LIBRARY * (np.abs(at_low) + np.abs(at_high) + np.abs(above) + np.abs(below))
+    error = error + 4.0 * _LIBRARY * np.abs(slope) * (np.abs(low) + np.abs(high))
+    middle = at_low + slope * (a[..., 0] - low) + 0.5 * (below + above)
+    return on_line(a, slope, middle, error)
+
+
+def _holds(low: Form, high: Form, first: float, period: float) -> Mask:
+    """Return whether a range comes near a point of first + k period."""
+    slack = 1e-9 * (1.0 + np.abs(low) + np.abs(high))
+    return np.asarray(np.floor((high + slack - first) / period) > np.floor((low - slack - first) / period))
+
+
+def _sine_range(low: Form, high: Form) -> tuple[Form, Form]:
+    a, b = np.sin(low), np.sin(high)
+    top, bottom = _holds(low, high, math.pi / 2, 2 * math.pi), _holds(low, high, -math.pi / 2, 2 * math.pi)
+    wide = ~((high - low) < 6.0)
+    least = np.where(bottom | wide, -1.0, np.minimum(a, b) - 1e-15)
+    most = np.where(top | wide, 1.0, np.maximum(a, b) + 1e-15)
+    return least, most
+
+
+def sine(a: Value, shift: float = 0.0) -> Value:
+    """Return sin(a + shift), shift 0, or pi/2 for the cosine."""
+    if isinstance(a, float):
+        return math.cos(a) if shift else math.sin(a)
+    function = np.cos if shift else np.sin
+
+    def curvature(low: Form, high: Form) -> tuple[Form, Form]:
+        least, most = _sine_range(low + shift, high + shift)
+        return -most, -least
+
+    low, high = ends(a)
+    if float(np.max(high - low)) > math.pi / 2:  # the secant is worse than the range
+        return _better(through(a, function, curvature), interval(*_sine_range(low + shift, high + shift)))
+    return through(a, function, curvature)
+
+
+def _better(a: Form, b: Form) -> Form:
+    """Return for each box the narrower of two enclosures."""
+    a, b = aligned(a, b)
+    return np.where((radius(a) <= radius(b))[..., None], a, b)
+
+
+def exponential(a: Value) -> Value:
+    """Return exp(a)."""
+    if isinstance(a, float):
+        return math.exp(a)
+    return through(a, np.exp, lambda low, high: (np.exp(low) * (1.0 - 1e-12), np.exp(high) * (1.0 + 1e-12)))
+
+
+def _positive(a: Form, what: str) -> Form:
+    low, _ = ends(a)
+    if not bool(np.all(low > 0.0)):
+        raise DomainError(f"the enclosure of the argument of {what} reaches {float(np.min(low)):.3g}")
+    return low
+
+
+def logarithm(a: Value) -> Value:
+    """Return log(a)."""
+    if isinstance(a, float):
+        return math.log(a)
+    _positive(a, "'log'")
+    return through(a, np.log, lambda low, high: (-(low**-2.0) * (1.0 + 1e-12), -(high**-2.0) * (1.0 - 1e-12)))
+
+
+def root(a: Value) -> Value:
+    """Return sqrt(a); at 0 the secant with the exact error of a concave function."""
+    if isinstance(a, float):
+        return math.sqrt(a)
+    low, high = ends(a)
+    if bool(np.any(low < 0.0)):
+        raise DomainError(f"the enclosure of the argument of 'sqrt' reaches {float(np.min(low)):.3g}")
+    first, last = np.sqrt(low), np.sqrt(high)
+    total = first + last
+    slope = np.where(total > 0.0, 1.0 / np.where(total > 0.0, total, 1.0), 0.0)
+    # sqrt(x) - secant is largest at x = total^2 / 4: total / 4 + first last / total - ... in closed form
+    above = np.where(total > 0.0, (last - first) ** 2 / (4.0 * np.where(total > 0.0, total, 1.0)), 0.0)
+    middle = first + slope * (a[..., 0] - low) + 0.5 * above
+    return on_line(a, slope, middle, 0.5 * above * (1.0 + 1e-12) + _PRODUCT * (first + last))
+
+
+def inverse(a: Value) -> Value:
+    """Return 1 / a."""
+    if isinstance(a, float):
+        if a == 0.0:
+            raise DomainError("a division by 0")
+        return 1.0 / a
+    low, high = ends(a)
+    if bool(np.any((low <= 0.0) & (high >= 0.0))):
+        raise DomainError(f"the enclosure of a divisor holds 0: from {float(np.min(low)):.3g} to {float(np.max(high)):.3g}")
+    steep = lambda x: 2.0 * x**-3.0  # noqa: E731
+
+    def curvature(low: Form, high: Form) -> tuple[Form, Form]:
+        one, other = steep(low), steep(high)
+        return np.minimum(one, other) - 1e-12 * np.abs(one), np.maximum(one, other) + 1e-12 * np.abs(one) + 1e-12 * np.abs(other)
+
+    return through(a, lambda x: 1.0 / x, curvature)
+
+
+def powered(a: Value, exponent: float) -> Value:
+    """Return a to the power of a number; a whole exponent takes products."""
+    if isinstance(a, float):
+        return float(a**exponent)
+    if exponent == int(exponent) and 0 <= exponent <= 64:
+        power, base, rest = 1.0, a, int(exponent)
+        out: Value = power
+        square: Value = base
+        while rest:
+            out = times(out, square) if rest & 1 else out
+            rest >>= 1
+            square = times(square, square) if rest else square
+        return out
+    if exponent == int(exponent):
+        return inverse(powered(a, -exponent))
+    _positive(a, "a power")
+    factor = exponent * (exponent - 1.0)
+
+    def curvature(low: Form, high: Form) -> tuple[Form, Form]:
+        one, other = factor * low ** (exponent - 2.0), factor * high ** (exponent - 2.0)
+        slack = 1e-12 * (np.abs(one) + np.abs(other))
+        return np.minimum(one, other) - slack, np.maximum(one, other) + slack
+
+    return through(a, lambda x: x**exponent, curvature)
+
+
+def ramp(a: Value) -> Value:
+    """Return max(a, 0), with the exact error of the secant."""
+    if isinstance(a, float):
+        return max(a, 0.0)
+    low, high = ends(a)
+    above, below = low >= 0.0, high <= 0.0
+    if bool(np.all(above)):
+        return a
+    width = np.where(high > low, high - low, 1.0)
+    slope = np.where(above, 1.0, np.where(below, 0.0, np.clip(high / width, 0.0, 1.0)))
+    gap = np.where(above | below, 0.0, np.maximum(-slope * low, 0.0))  # of the secant over the kink
+    middle = np.where(above, a[..., 0], np.where(below, 0.0, slope * (a[..., 0] - low) - 0.5 * gap))
+    return on_line(a, slope, middle, 0.5 * gap + _PRODUCT * np.where(above | below, 0.0, np.abs(low) + np.abs(high)))
+
+
+def larger(a: Value, b: Value) -> Value:
+    """Return max(a, b)."""
+    if isinstance(a, float) and isinstance(b, float):
+        return max(a, b)
+    return plus(b, ramp(minus(a, b)))
+
+
+def smaller(a: Value, b: Value) -> Value:
+    """Return min(a, b)."""
+    return negative(larger(negative(a), negative(b)))
+
+
+def chosen(yes: Mask, no: Mask, a: Value, b: Value) -> Value:
+    """Return a where a condition surely holds, b where it surely does not, else the hull of both."""
+    if bool(np.all(yes)):
+        return a
+    if bool(np.all(no)):
+        return b
+    if isinstance(a, float) and isinstance(b, float) and a == b:
+        return a
+    first, second = as_form(a), as_form(b)
+    first, second = aligned(first, second)
+    first, second = np.broadcast_arrays(first, second)
+    either = 0.5 * (first + second)
+    either[..., 1] += 0.5 * (np.abs(first[..., 0] - second[..., 0]) + np.abs(first[..., 2:] - second[..., 2:]).sum(-1))
+    either[..., 1] += 0.5 * np.abs(first[..., 1] - second[..., 1])
+    either = _padded(either, _size(first) + _size(second))
+    return np.where(yes[..., None], first, np.where(no[..., None], second, either))
+
+
+def as_form(a: Value) -> Form:
+    """Return a number as a form."""
+    return np.array([[a, 0.0]]) if isinstance(a, float) else a

@@ -1,0 +1,111 @@
+"""Zonotopes of several signals, and their reduction to fewer symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from fuzzyctl.analysis.reach import forms
+from fuzzyctl.analysis.reach.forms import Form
+
+#: Symbols per signal from which on they are reduced, and to which.
+MOST: Final = 60
+LEFT: Final = 30
+#: After how many steps the boxes of several bases are compared.
+AHEAD: Final = (1, 10, 40)
+
+
+def with_symbols(rows: Sequence[Form]) -> list[Form]:
+    """Return signals whose own errors are symbols, which other signals may then depend on."""
+    width = max(r.shape[-1] for r in rows)
+    stacked = np.stack([forms.widened(r, width) for r in rows])
+    errors = stacked[..., 1]
+    new = np.zeros((*stacked.shape[:-1], len(rows)))
+    for k in range(len(rows)):
+        new[k, :, k] = errors[k]
+    used = new.any(axis=(0, 1))
+    stacked[..., 1] = 0.0
+    return list(np.concatenate([stacked, new[..., used]], -1))
+
+
+def reduced(rows: Sequence[Form], kept: int, motion: tuple[Form, Form] | None = None) -> list[Form]:
+    """Return signals with fewer symbols that hold the same values and more.
+
+    Args:
+        rows: Without errors of their own.
+        kept: How many of the first symbols stay.
+        motion: The matrix by which the set moves in a step, and the basis of its modes.
+    """
+    count = len(rows)
+    stacked = np.stack(rows)
+    if stacked.shape[-1] - 2 - kept <= MOST * count:
+        return list(rows)
+    head, tail = stacked[..., : 2 + kept], stacked[..., 2 + kept :]
+    left = LEFT * count
+    results = np.zeros((count, stacked.shape[1], 2 + kept + left + count))
+    results[..., : 2 + kept] = head
+    for box in range(stacked.shape[1]):
+        g = tail[:, box, :]
+        scale = np.maximum(np.abs(g).sum(1), 1e-300)
+        sized = g / scale[:, None]
+        order = np.argsort(np.abs(sized).sum(0) - np.abs(sized).max(0))
+        small, large = g[:, order[: g.shape[1] - left]], g[:, order[g.shape[1] - left :]]
+        columns, slack = _boxed(small, scale, motion)
+        results[:, box, 2 + kept : 2 + kept + left] = large
+        results[:, box, 2 + kept + left :] = columns
+        results[:, box, 1] += slack
+    return list(results)
+
+
+def modes(before: Sequence[Form], after: Sequence[Form]) -> tuple[Form, Form] | None:
+    """Return the matrix by which a set moved into another, from their common symbols, and a real basis of its modes.
+
+    They only propose a basis: the reduced set holds the whole one whatever they are. None if there are none.
+    """
+    width = min(before[0].shape[-1], after[0].shape[-1])
+    old, new = (np.stack([r[0, 2:width] for r in rows]) for rows in (before, after))
+    scale = np.maximum(np.abs(old).sum(1), 1e-300)
+    try:
+        matrix = np.linalg.lstsq((old / scale[:, None]).T, (new / scale[:, None]).T, rcond=1e-10)[0].T
+        _, vectors = np.linalg.eig(matrix)
+    except np.linalg.LinAlgError:
+        return None
+    columns = []
+    for v in vectors.T:
+        if np.abs(v.imag).max() < 1e-12:
+            columns.append(v.real)
+        elif v.imag[np.argmax(np.abs(v.imag))] > 0.0:
+            columns += [v.real, v.imag]
+    basis = np.stack(columns, -1) if len(columns) == len(old) else None
+    if basis is None or not np.all(np.isfinite(basis)) or np.linalg.cond(basis) > 1e8:
+        return None
+    return matrix * scale[:, None] / scale, basis * scale[:, None]
+
+
+def _boxed(g: Form, scale: Form, motion: tuple[Form, Form] | None) -> tuple[Form, Form]:
+    """Return the columns of a parallelotope that holds a zonotope, and what rounding adds to each signal."""
+    sized = g / scale[:, None]
+    principal = np.linalg.svd(sized, full_matrices=False)[0]
+    tried = [principal, np.eye(len(g))]
+    ahead = [np.eye(len(g))]
+    if motion is not None:
+        tried.append(motion[1] / scale[:, None])
+        matrix = motion[0] * scale / scale[:, None]
+        ahead += [np.linalg.matrix_power(matrix, k) for k in AHEAD]
+    best: tuple[float, Form, Form] | None = None
+    for basis in tried:
+        if basis.shape != (len(g), len(g)):
+            continue
+        try:
+            inside = np.linalg.solve(basis, sized)
+        except np.linalg.LinAlgError:
+            continue
+        lengths = np.abs(inside).sum(1)
+        rest = np.abs(sized - basis @ inside).sum(1) + 1e-15 * len(g) * (np.abs(basis) @ lengths)
+        size = sum(float((np.abs(a @ basis) @ lengths).sum()) for a in ahead) + float(rest.sum())
+        if np.isfinite(size) and (best is None or size < best[0]):
+            best = size, basis * lengths * (1.0 + 1e-14), rest
+    assert best is not None
+    return best[1] * scale[:, None], best[2] * scale * (1.0 + 1e-14)

@@ -1,0 +1,218 @@
+"""Affine enclosures of fuzzy systems over boxes of their inputs: a secant plane with its exact error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from itertools import product
+from typing import Final
+
+import numpy as np
+
+from fuzzyctl.analysis.branch_and_bound.boxed_system import System
+from fuzzyctl.analysis.reach import forms
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, radius
+from fuzzyctl.kernels.algorithms.grid import Grid, Table, grid_of
+from fuzzyctl.kernels.interval.vector import boxes
+from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.model.system import FuzzySystem
+
+
+class SystemSurface:
+    """Encloses the outputs of a system that does not adapt.
+
+    Args:
+        system: The system.
+    """
+
+    def __init__(self, system: FuzzySystem) -> None:
+        self.system, self.plan = system, plan(system)
+        grid = grid_of(self.plan)
+        self.grid = grid if isinstance(grid, Grid) else None
+
+    def __call__(self, inputs: Sequence[Value]) -> list[Value]:
+        """Return forms of the outputs."""
+        if all(isinstance(a, float) for a in inputs):
+            inputs = [as_form(inputs[0]), *inputs[1:]]
+        width = max(as_form(a).shape[-1] for a in inputs)
+        arguments = [forms.widened(as_form(a), width) for a in inputs]
+        count = max(a.shape[0] for a in arguments)
+        arguments = [np.broadcast_to(a, (count, width)) for a in arguments]
+        if self.grid is None:
+            return self._by_slopes(arguments)
+        return [self._of_table(t, arguments, e) for t, e in zip(self.grid.outputs, self._boxed.errors, strict=True)]
+
+    @cached_property
+    def _boxed(self) -> System:
+        return System(self.system, self.plan)
+
+    def _of_table(self, table: Table, arguments: Sequence[Form], error: float) -> Value:
+        assert self.grid is not None
+        if not np.isfinite(error):
+            return self._by_slopes(arguments)[self.grid.outputs.index(table)]
+        sides = [arguments[i] for i in self.grid.inputs]
+        shape = tuple(len(k) for k in self.grid.knots)
+        value = self._plane(np.array(table.value).reshape(shape), sides)
+        if table.weight:
+            value = forms.times(value, forms.inverse(self._plane(np.array(table.weight).reshape(shape), sides)))
+        out = as_form(value).copy()
+        out[..., 1] += 2.0 * error
+        return out
+
+    def _plane(self, values: Form, sides: Sequence[Form]) -> Form:
+        """Return a plane near a multilinear function over boxes, with the largest distance from it.
+
+        On a cell of the grid the function less a plane is multilinear, so that its extremes over a box lie at corners
+        of the parts of cells inside of it.
+
+        Args:
+            values: At the knots.
+            sides: The inputs.
+        """
+        assert self.grid is not None
+        knots = [np.array(k) for k in self.grid.knots]
+        count = sides[0].shape[0]
+        slopes, middle, error = np.empty((len(sides), count)), np.empty(count), np.empty(count)
+        for box in range(count):
+            points, heights = _over_slabs(values, knots, [s[box] for s in sides])
+            moved = points - np.array([s[box, 0] for s in sides])
+            best = None
+            for slope in _slopes(moved, heights):
+                rest = heights - moved @ slope
+                least, most = rest.min(), rest.max()
+                if best is None or most - least < best[1] - best[0]:
+                    best = least, most, slope
+            assert best is not None
+            size = np.abs(heights).max() + np.abs(moved).max(0) @ np.abs(best[2])
+            slopes[:, box], middle[box] = best[2], 0.5 * (best[0] + best[1])
+            error[box] = 0.5 * (best[1] - best[0]) + 64 * 2.0**-53 * size
+        return _planes(sides, slopes, middle, error)
+
+    def _by_slopes(self, arguments: Sequence[Form]) -> list[Value]:
+        """Return forms by the mean value: the value at the centre, and the slopes over the box."""
+        low, high = (np.array(e) for e in zip(*map(ends, arguments), strict=True))
+        wanted = list(range(len(self.system.outputs)))
+        if self.plan.states or self.plan.held:
+            raise DomainError(f"system '{self.system.name}' has a state")
+        whole, void = self._boxed.evaluate(boxes(low, high), wanted)
+        centre = np.array([a[:, 0] for a in arguments])
+        there, _ = self._boxed.evaluate(boxes(centre, centre), wanted)
+        if bool(np.any(void)):
+            raise DomainError(f"system '{self.system.name}' may have no value")
+        results: list[Value] = []
+        for enclosure, at in zip(whole, there, strict=True):
+            hull = forms.interval(*np.broadcast_arrays(enclosure.lo, enclosure.hi, low[0])[:2])
+            slopes = enclosure.slopes
+            if slopes is None or not all(np.all(np.isfinite(s)) for s in slopes):
+                results.append(hull)
+                continue
+            below, above = (np.broadcast_to(s, low.shape) for s in slopes)
+            spread = 0.5 * (above - below) * np.array([radius(a) for a in arguments])
+            error = 0.5 * (at.hi - at.lo) + spread.sum(0) * (1.0 + 1e-12) + 1e-12 * np.abs(at.hi)
+            plane = _planes(arguments, 0.5 * (below + above), np.broadcast_to(0.5 * (at.lo + at.hi), low[0].shape), error)
+            results.append(forms._better(plane, hull))
+        if any(not np.all(np.isfinite(as_form(r))) for r in results):
+            raise DomainError(f"system '{self.system.name}' has no finite bound")
+        return results
+
+
+def _planes(sides: Sequence[Form], slopes: Form, middle: Form, error: Form) -> Form:
+    """Return forms of middle + sum of slope (side - its centre), one slope of each side for each box."""
+    out = np.zeros_like(sides[0])
+    for side, slope in zip(sides, slopes, strict=True):
+        part = side * slope[:, None]
+        out[:, 1] += np.abs(part[:, 1])
+        out[:, 2:] += part[:, 2:]
+    out[:, 0] = middle
+    out[:, 1] += error
+    return forms._padded(out, np.abs(out).sum(-1) * len(sides))
+
+
+#: Slabs that a plane set is cut into.
+SLABS: Final = 12
+
+
+def _over_slabs(values: Form, knots: Sequence[Form], sides: Sequence[Form]) -> tuple[Form, Form]:
+    """Return points, shape (points, inputs), and heights of a multilinear function there.
+
+    On a part of a cell of the grid the function less a plane is multilinear, so that its extremes lie at corners. The
+    corners of boxes are returned that together hold the set of the inputs, each cut at the knots.
+    """
+    ranges = [ends(s) for s in sides]
+    if len(sides) == 2:
+        x, low, high = _slabs(sides[0], sides[1], knots[0])
+        y = np.clip(knots[1], low[:, None], high[:, None])
+        y = np.concatenate([low[:, None], y, high[:, None]], 1)
+        xs = np.stack([x[:-1], x[1:]], 1)
+        shape = (len(low), 2, y.shape[1])
+        points = np.stack([np.broadcast_to(xs[:, :, None], shape), np.broadcast_to(y[:, None, :], shape)], -1)
+        points = points.reshape(-1, 2)
+    else:
+        axes = [
+            np.array([float(low), *(k for k in axis if low < k < high), float(high)])
+            for axis, (low, high) in zip(knots, ranges, strict=True)
+        ]
+        points = np.stack([m.reshape(-1) for m in np.meshgrid(*axes, indexing="ij")], -1)
+    return points, _interpolated(values, knots, points)
+
+
+def _slabs(x: Form, y: Form, knots: Form) -> tuple[Form, Form, Form]:
+    """Return the ends of slabs of x, and in each the least and the largest y of the set of both."""
+    (low, high), steps = ends(x), np.stack([x[2:], y[2:]], -1)
+    steps = np.concatenate([steps, [[x[1], 0.0], [0.0, y[1]]]])
+    steps = steps[np.abs(steps).sum(1) > 0.0]
+    cuts = np.linspace(low, high, SLABS + 1)
+    cuts = np.unique(np.concatenate([cuts, np.clip(knots, low, high)]))
+    if len(cuts) == 1:
+        cuts = np.array([low, high])
+    bottom, top = ends(y)
+    if not len(steps) or not high > low:
+        return cuts, np.full(len(cuts) - 1, bottom), np.full(len(cuts) - 1, top)
+    turned = np.where((steps[:, :1] < 0.0) | ((steps[:, :1] == 0.0) & (steps[:, 1:] < 0.0)), -steps, steps)
+    order = np.argsort(np.arctan2(turned[:, 1], turned[:, 0]))
+    first = np.array([x[0], y[0]]) - turned.sum(0)
+    lower = np.concatenate([[first], first + 2.0 * np.cumsum(turned[order], 0)])
+    upper = np.concatenate([[first], first + 2.0 * np.cumsum(turned[order[::-1]], 0)])
+    slack = 1e-13 * (abs(x[0]) + abs(y[0]) + np.abs(turned).sum())
+    # The lower boundary is convex and the upper one concave: over a slab both are extreme at its ends or at a vertex.
+    inner_low, inner_high = _extremes(lower, cuts, np.minimum), _extremes(upper, cuts, np.maximum)
+    return cuts, np.maximum(inner_low - slack, bottom), np.minimum(inner_high + slack, top)
+
+
+def _extremes(line: Form, cuts: Form, extreme: Callable[..., Form]) -> Form:
+    """Return the extreme height of a polygon's boundary over slabs, given its vertices from left to right."""
+    at_cuts = np.interp(cuts, line[:, 0], line[:, 1])
+    # A vertical first or last edge adds its other end.
+    results = extreme(at_cuts[:-1], at_cuts[1:])
+    for px, py in line:
+        inside = (cuts[:-1] <= px + 1e-12 * abs(px)) & (px - 1e-12 * abs(px) <= cuts[1:])
+        results = np.where(inside, extreme(results, py), results)
+    return np.asarray(results)
+
+
+def _interpolated(values: Form, knots: Sequence[Form], points: Form) -> Form:
+    """Return a multilinear function at some points, shape (points,)."""
+    heights = np.zeros(len(points))
+    places = []
+    for axis, k in enumerate(knots):
+        at = np.clip(points[:, axis], k[0], k[-1])
+        index = np.clip(np.searchsorted(k, at, "right") - 1, 0, max(len(k) - 2, 0))
+        share = (at - k[index]) / (k[index + 1] - k[index]) if len(k) > 1 else np.zeros(len(at))
+        places.append((index, share))
+    for corner in product((0, 1), repeat=len(knots)):
+        weight = np.ones(len(points))
+        where = []
+        for (index, share), up, k in zip(places, corner, knots, strict=True):
+            weight = weight * (share if up else 1.0 - share)
+            where.append(np.minimum(index + up, len(k) - 1))
+        heights += weight * values[tuple(where)]
+    return heights
+
+
+def _slopes(points: Form, heights: Form) -> list[Form]:
+    """Return candidates for the slopes of a plane near some heights; points are relative to the centre."""
+    size = np.abs(points).max(0)
+    scale = np.where(size > 0.0, size, 1.0)
+    columns = np.concatenate([points / scale, np.ones((len(points), 1))], 1)
+    fitted = np.linalg.lstsq(columns, heights, rcond=1e-9)[0][:-1] / scale
+    return [np.where(size > 0.0, fitted, 0.0), np.zeros(len(scale))]
