@@ -34,10 +34,11 @@ class Flow:
         states: How many states there are.
         influence: Bounds of the derivatives of f by the states and by disturbances, from time, states, constants and
             disturbances; None without disturbances.
+        spread: Half the widths of the ranges of the disturbances, which are the last constants of `nodes`.
     """
 
-    def __init__(self, nodes: Nodes, states: int) -> None:
-        self.nodes, self.states = nodes, states
+    def __init__(self, nodes: Nodes, states: int, influence: Nodes | None = None, spread: Sequence[float] = ()) -> None:
+        self.nodes, self.states, self.influence, self.spread = nodes, states, influence, np.array(spread)
 
     def tube(self, time: float, step: float, x: Sequence[Form], constants: Sequence[Value]) -> list[Form]:
         """Return intervals that hold all solutions over a step, by Picard's inclusion.
@@ -82,7 +83,8 @@ class Flow:
         Raises:
             NoTubeError: If no enclosure of the solutions is proved.
         """
-        tube = self.tube(time, step, x, constants)
+        tube = self.tube(time, step, x, self._disturbed(constants))
+        apart = self._deviation(time, step, tube, constants)
         order = ORDER
         while True:
             try:
@@ -95,7 +97,50 @@ class Flow:
             break
         end = [_evaluated([p[k] for p in polynomial], as_form(rest[k]), step) for k in range(self.states)]
         over = [_over([p[k] for p in polynomial], as_form(rest[k]), step) for k in range(self.states)]
+        if apart is not None:
+            for row, width in zip((*end, *over), (*apart, *apart), strict=True):
+                row[..., 1] += width
         return end, over
+
+    def _disturbed(self, constants: Sequence[Value]) -> list[Value]:
+        """Return the constants with the ranges of the disturbances, given at their centres."""
+        count = len(constants) - len(self.spread)
+        ranges = [
+            interval(np.array([c - s]), np.array([c + s]))
+            for c, s in zip(constants[count:], self.spread, strict=True)
+            if isinstance(c, float)
+        ]
+        return [*constants[:count], *ranges]
+
+    def _deviation(
+        self, time: float, step: float, tube: Sequence[Form], constants: Sequence[Value]
+    ) -> Form | None:
+        """Return how far disturbances move each state within a step at most, shape (states, boxes); None without any.
+
+        The difference y of a disturbed solution and the one with the disturbances at their centres, both in the tube,
+        obeys |y|' <= M |y| + b componentwise, M with the largest derivatives of f by the states, b with those by the
+        disturbances (Gronwall). So |y| <= (integral of exp(M s) ds) b.
+        """
+        if self.influence is None:
+            return None
+        arguments = [_flat(c) for c in self._disturbed(constants)]
+        slopes = Series(self.influence, [_clock(time, step), *tube, *arguments]).extend()
+        n, inputs = self.states, len(self.spread)
+        boxes = max(t.shape[0] for t in tube)
+        low_high = [[np.broadcast_to(e, boxes) for e in ends(as_form(s))] for s in slopes]
+        low, high = (np.array(e).reshape(n, n + inputs, boxes) for e in zip(*low_high, strict=True))
+        largest = np.maximum(np.abs(low), np.abs(high))
+        growth = largest[:, :n].copy()
+        for k in range(n):
+            growth[k, k] = np.maximum(high[k, k], 0.0)
+        if float(growth.sum(1).max(initial=0.0)) * step > 1.0:
+            raise NoTubeError
+        term = np.einsum("ijb,j->ib", largest[:, n:], self.spread) * step
+        total = term
+        for k in range(2, 20):
+            term = np.einsum("ijb,jb->ib", growth, term) * (step / k)
+            total = total + term
+        return np.asarray(total * (1.0 + 1e-12) + 1e-300)
 
     def _over_tube(
         self, time: float, step: float, x: Sequence[Form], tube: Sequence[Form], constants: Sequence[Value]

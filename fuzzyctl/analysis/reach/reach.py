@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
-from fuzzyctl.analysis.reach import forms
 from fuzzyctl.analysis.reach.flow import Flow, NoTubeError
-from fuzzyctl.analysis.reach.forms import Form, Value, as_form
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, Value, as_form
 from fuzzyctl.analysis.reach.series import Nodes, Series
 from fuzzyctl.analysis.reach.sets import modes, reduced, with_symbols
 from fuzzyctl.analysis.reach.surfaces import SystemSurface
 from fuzzyctl.expr import Expr, Name
-from fuzzyctl.kernels.plan.equations import Evaluation
+from fuzzyctl.kernels.plan.equations import Equation, Evaluation
+from fuzzyctl.kernels.program.derivatives import NotDifferentiableError, differentiated
+from fuzzyctl.kernels.program.program import Assign, Program
 from fuzzyctl.model.loop import TIME
 from fuzzyctl.simulation.equations import LoopEquations, reached
 from fuzzyctl.simulation.expansion import free_name
+
+
+#: After how many samples a step of half as many parts is tried again, and most parts of a step.
+_RETRY: Final = 16
+MOST_SUBSTEPS: Final = 256
+
+Checkpoint = Callable[[int, list[Form]], list[Form] | None]
 
 
 @dataclass
@@ -27,16 +37,16 @@ class Step:
     Args:
         time: At its begin [s].
         length: Its length [s].
-        over: Values of the claims' expressions over it.
-        begin: The same at its begin.
+        truths: Of each condition where it surely holds over the step, and where it surely does not.
         states: Forms of the plants' states over it.
+        memory: Forms of the controllers' states over it.
     """
 
     time: float
     length: float
-    over: list[Value]
-    begin: list[Value]
+    truths: list[tuple[Mask, Mask]]
     states: list[Form]
+    memory: list[Form]
 
 
 class ReachableSets:
@@ -50,6 +60,13 @@ class ReachableSets:
 
     def __init__(self, equations: LoopEquations, count: int, given: Form) -> None:
         self.equations, self.given = equations, given
+        #: All expressions of the loop.
+        self.expressions = [
+            *(e for i in equations.body for e in (i.arguments if isinstance(i, Evaluation) else (i.value,))),
+            *(s.derivative for s in equations.plant_states),
+            *equations.updates,
+            *(equations.signals[f"#{k}"] for k in range(count)),
+        ]
         self.free = [free_name(n) for n in equations.free]
         surfaces: dict[object, SystemSurface] = {}
         tables = {}
@@ -64,74 +81,111 @@ class ReachableSets:
         derivatives: list[Expr] = [s.derivative for s in equations.plant_states]
         between, self.held = reached(equations, [*derivatives, *claims])
         shared = [TIME, *plant]
-        fixed = [*self.held, *self.free, *(c for c in columns if c not in self.held), *memory]
-        self.flow = Flow(Nodes([*shared, *fixed], between, derivatives, tables), len(plant))
-        self.claims = Nodes([*shared, *fixed], between, claims, tables)
-        inputs = [*shared, *memory, *self.free, *columns, *equations.rates]
+        acting = dict(getattr(equations, "disturbances", {}))
+        body = [i for i in equations.body if isinstance(i, Evaluation) or i.name not in acting]
+        between = [i for i in between if isinstance(i, Evaluation) or i.name not in acting]
+        fixed = [*self.held, *self.free, *(c for c in columns if c not in self.held), *memory, *acting]
+        influence = _influence(between, [*shared, *fixed], plant, list(acting), derivatives) if acting else None
+        self.spread = [0.5 * (high - low) for low, high, _ in acting.values()]
+        self.centres = [0.5 * (high + low) for low, high, _ in acting.values()]
+        self.flow = Flow(Nodes([*shared, *fixed], between, derivatives, tables), len(plant), influence, self.spread)
+        self.claims = Nodes([*shared, *fixed], between, [], tables)
+        for condition in claims:
+            self.claims.ask(condition)
+        inputs = [*shared, *memory, *self.free, *columns, *equations.rates, *acting]
         held: list[Expr] = [Name(n) for n in self.held]
-        self.sample = Nodes(inputs, equations.body, [*held, *equations.updates], tables)
+        self.sample = Nodes(inputs, body, [*held, *equations.updates], tables)
         self.plant, self.memory, self.columns = plant, memory, columns
 
+    def _truths(self, values: Sequence[Value]) -> list[tuple[Mask, Mask]]:
+        series = Series(self.claims, values)
+        series.extend()
+        return series.truths()
+
     def run(
-        self, x: list[Form], m: list[Form], free: list[Value], kept: int, substeps: int = 1, stop: Callable[[], bool] | None = None
+        self,
+        x: list[Form],
+        m: list[Form],
+        free: list[Value],
+        kept: int,
+        periods: Checkpoint | None = None,
     ) -> Iterator[Step]:
-        """Yield the sets over the steps of the run.
+        """Yield the sets over the steps of a run.
 
         Args:
             x, m: Forms of the plants' and the controllers' states at the begin, shape (boxes, 2 + symbols).
             free: Values of the free params.
             kept: How many of the first symbols are never reduced.
-            substeps: Steps between two samples to begin with.
-            stop: Returns whether to stop.
+            periods: Called before each sample but the first with its number and the states, those of plants first;
+                returns the states to go on with, or None to end a run that has no other end.
 
         Raises:
             DomainError, NoTubeError: If no enclosure is known.
         """
         equations, step = self.equations, self.equations.step
         before: list[Form] = []
-        for k in range(equations.samples):
+        acting: list[Value] = [np.array([[c, s]]) for c, s in zip(self.centres, self.spread, strict=True)]
+        count = 1
+        for k in itertools.count():
             time = k * step
             flags = [1.0 if k % n == 0 else 0.0 for n in equations.rates.values()]
             columns = [float(v) for v in self.given[k]] if self.columns else []
-            results = Series(self.sample, [time, *x, *m, *free, *columns, *flags]).extend()
+            results = Series(self.sample, [time, *x, *m, *free, *columns, *flags, *acting]).extend()
             held, updates = results[: len(self.held)], results[len(self.held) :]
             other = [v for n, v in zip(self.columns, columns, strict=True) if n not in self.held]
             constants: list[Value] = [*held, *free, *other, *m]
-            begin = Series(self.claims, [time, *x, *constants]).extend()
-            if k + 1 == equations.samples:
-                yield Step(time, 0.0, begin, begin, x)
+            if k + 1 == equations.samples and periods is None:
+                yield Step(time, 0.0, self._truths([time, *x, *constants, *acting]), x, m)
                 return
-            count, part = substeps, 0
+            part, count = 0, max(count // 2, 1) if k % _RETRY == 0 else count
             while part < count:
                 length = step / count
+                begin = time + part * length
                 try:
-                    end, over = self.flow.advance(time + part * length, length, x, constants)
+                    end, over = self.flow.advance(begin, length, x, [*constants, *self.centres])
                 except NoTubeError:
-                    if count >= 256:
+                    if count >= MOST_SUBSTEPS:
                         raise
                     count, part = 2 * count, 2 * part
                     continue
-                clock = np.array([[time + (part + 0.5) * length, 0.5 * length * 1e-9]])
-                clock = np.concatenate([clock, np.zeros((1, x[0].shape[-1] - 2)), [[0.5 * length]]], -1) if x else clock
-                values = Series(self.claims, [clock, *over, *constants]).extend()
-                yield Step(time + part * length, length, values, begin, over)
+                width = over[0].shape[-1] if over else 2
+                yield Step(begin, length, self._truths([_over(begin, length, width), *over, *constants, *acting]), over, m)
                 x, part = end, part + 1
-            m = [as_form(u) for u in updates]
-            rows = with_symbols([*(as_form(a) for a in x), *(np.broadcast_to(a, (x[0].shape[0], a.shape[-1])) for a in m)])
+            boxes = max(a.shape[0] for a in (*x, *m))
+            m = [np.broadcast_to(u, (boxes, u.shape[-1])) for u in map(as_form, updates)]
+            rows = with_symbols([*x, *m])
             rows = reduced(rows, kept, modes(before, rows) if before else None)
             before = rows
+            if periods is not None:
+                changed = periods(k + 1, rows)
+                if changed is None:
+                    return
+                before, rows = rows if changed is rows else [], changed
             x, m = rows[: len(x)], rows[len(x) :]
 
 
-def start_of(values: Sequence[tuple[float, float]], boxes: int = 1) -> list[Form]:
-    """Return forms of ranges, each with a symbol of its own."""
-    width = len(values)
-    results = []
-    for k, (low, high) in enumerate(values):
-        a = np.zeros((boxes, 2 + width))
-        a[:, 0], a[:, 2 + k] = 0.5 * (low + high), 0.5 * (high - low)
-        results.append(a)
-    return results
+def _over(begin: float, length: float, width: int) -> Form:
+    """Return the times of a step; the last symbol is the time."""
+    time = np.zeros((1, width))
+    time[0, 0], time[0, -1] = begin + 0.5 * length, 0.5 * length * (1.0 - 1e-9)
+    return time
 
 
-__all__ = ["ReachableSets", "Step", "forms", "start_of"]
+def _influence(
+    between: Sequence[Equation | Evaluation],
+    names: Sequence[str],
+    plant: Sequence[str],
+    acting: Sequence[str],
+    derivatives: Sequence[Expr],
+) -> Nodes:
+    """Return the derivatives of those of the states by the states and the disturbances, row by row."""
+    if any(isinstance(i, Evaluation) for i in between):
+        raise DomainError("a disturbance acts where a plant calls a fuzzy system")
+    body = tuple(Assign(i.name, i.value) for i in between if isinstance(i, Equation))
+    program = Program(tuple(names), 0, (), body, tuple(derivatives))
+    try:
+        slopes = differentiated(program, [*plant, *acting])
+    except NotDifferentiableError as error:
+        raise DomainError(f"a plant has no derivative: {error}") from None
+    items = [Equation(s.name, s.value) for s in slopes.body if isinstance(s, Assign)]
+    return Nodes(names, items, slopes.results)

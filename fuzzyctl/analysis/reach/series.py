@@ -70,6 +70,13 @@ class Nodes:
             else:
                 self.names[item.name] = self._of(item.value)
         self.values = [self._of(v) for v in values]
+        #: Positions of the conditions that were added.
+        self.conditions: list[int] = []
+
+    def ask(self, condition: Expr) -> None:
+        """Add a condition, see `Series.truths`; a number is one that is not 0."""
+        is_number = not isinstance(condition, Compare | Logic)
+        self.conditions.append(self._condition(Compare("!=", condition, Number(0.0)) if is_number else condition))
 
     def _add(self, kind: str, parts: tuple[int, ...] = (), detail: Any = None) -> int:
         key = kind, parts, detail if kind != "system" else id(detail)
@@ -183,6 +190,10 @@ class Series:
                     continue
                 table[at].append(self._first(at, node) if order == 0 else self._next(at, node, order))
         return [table[at][order] for at in self.nodes.values]
+
+    def truths(self) -> list[tuple[Mask, Mask]]:
+        """Return of each condition where it surely holds, and where it surely does not; after order 0."""
+        return [self.coefficients[at][0] for at in self.nodes.conditions]
 
     def _first(self, at: int, node: _Node) -> Any:
         parts = [self.coefficients[p][0] for p in node.parts] if node.kind not in ("compare", "logic", "where") else []

@@ -13,6 +13,9 @@ from fuzzyctl.analysis.reach.forms import Form
 #: Symbols per signal from which on they are reduced, and to which.
 MOST: Final = 60
 LEFT: Final = 30
+#: Least radius of a parallelotope relative to its states, and by which part it is wider than the set.
+_LEAST: Final = 1e-9
+_WIDER: Final = 0.02
 #: After how many steps the boxes of several bases are compared.
 AHEAD: Final = (1, 10, 40)
 
@@ -82,6 +85,45 @@ def modes(before: Sequence[Form], after: Sequence[Form]) -> tuple[Form, Form] | 
     if basis is None or not np.all(np.isfinite(basis)) or np.linalg.cond(basis) > 1e8:
         return None
     return matrix * scale[:, None] / scale, basis * scale[:, None]
+
+
+class Parallelotope:
+    """A set of states that is spanned by as many symbols as there are states, beside those that stay as they are.
+
+    Args:
+        rows: States of one box, without errors of their own.
+        kept: How many of the first symbols stay.
+        motion: See `reduced`.
+    """
+
+    def __init__(self, rows: Sequence[Form], kept: int, motion: tuple[Form, Form] | None) -> None:
+        stacked = np.stack(rows)[:, 0, :]
+        self.centre, self.kept = stacked[:, 0], stacked[:, 2 : 2 + kept]
+        tail = stacked[:, 2 + kept :]
+        scale = np.maximum(np.abs(tail).sum(1), _LEAST * (1.0 + np.abs(self.centre)))
+        columns, slack = _boxed(np.concatenate([tail, np.diag(_LEAST * scale)], 1), scale, motion)
+        self.columns, self.slack = columns * (1.0 + _WIDER), slack + stacked[:, 1]
+
+    @property
+    def rows(self) -> list[Form]:
+        """The states as forms."""
+        whole = np.concatenate([self.centre[:, None], self.slack[:, None], self.kept, self.columns], 1)
+        return list(whole[:, None, :])
+
+    def holds(self, rows: Sequence[Form]) -> bool:
+        """Return whether a set lies inside, for each value of the symbols that stay."""
+        width = self.kept.shape[1]
+        stacked = np.stack(rows)[:, 0, :]
+        shift = np.concatenate([stacked[:, :1] - self.centre[:, None], stacked[:, 2 : 2 + width] - self.kept], 1)
+        apart = np.concatenate([shift, stacked[:, 2 + width :]], 1)
+        try:
+            inverse = np.linalg.inv(self.columns)
+        except np.linalg.LinAlgError:
+            return False
+        wrong = np.abs(np.eye(len(rows)) - inverse @ self.columns).sum(1).max() + 1e-14 * len(rows)
+        inside = np.abs(inverse @ apart).sum(1) + np.abs(inverse) @ (stacked[:, 1] + 1e-14 * np.abs(apart).sum(1))
+        rounding = 1e-14 * len(rows) * (np.abs(inverse) @ np.abs(apart).sum(1))
+        return bool(np.all((inside + rounding) * (1.0 + 1e-12) <= 1.0 - wrong))
 
 
 def _boxed(g: Form, scale: Form, motion: tuple[Form, Form] | None) -> tuple[Form, Form]:

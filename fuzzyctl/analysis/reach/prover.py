@@ -1,0 +1,314 @@
+"""Proofs of loops: claims about every instant of every member of the family that a loop declares."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from fuzzyctl.analysis import work as clock
+from fuzzyctl.analysis.coverage.box_search import Side
+from fuzzyctl.analysis.reach.flow import NoTubeError
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
+from fuzzyctl.analysis.reach.reach import ReachableSets, Step
+from fuzzyctl.analysis.reach.sets import Parallelotope, modes, with_symbols
+from fuzzyctl.analysis.verdicts import Proved, Undecided, Verdict
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in, to_text
+from fuzzyctl.model.loop import TIME, Always, Loop
+from fuzzyctl.simulation.expansion import loop_equations
+
+#: Most boxes that a family is cut into, and boxes that are enclosed at once.
+MOST_BOXES: Final = 600
+_TOGETHER: Final = 8
+#: Boxes of which a verdict shows the ends.
+_SHOWN: Final = 3
+#: Numbers of periods at which a set is replaced by a parallelotope that later sets may lie in.
+_ANCHORS: Final = tuple(round(400 * 1.6**k) for k in range(20))
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass
+class Dimension:
+    """A start of a state, or a param, that varies over the family; `state` is empty for a param."""
+
+    name: str
+    low: float
+    high: float
+    state: str = ""
+
+
+@dataclass
+class _Claim:
+    """A claim with the times that it speaks of, and what is open about it."""
+
+    claim: Always
+    begin: float
+    end: float
+    #: Boxes that are proved, and ends of boxes for which it is open, with the time and the reason.
+    proved: int = 0
+    open: list[tuple[Form, Form, float, str]] = field(default_factory=list)
+
+    def speaks_of(self, step: Step) -> bool:
+        """Whether a step has an instant that the claim is about."""
+        slack = 1e-9 * (step.length or 1.0)
+        return step.time + step.length > self.begin + slack and step.time <= self.end + slack or (
+            step.length == 0.0 and self.begin - 1e-9 <= step.time <= self.end + 1e-9
+        )
+
+
+class LoopProver:
+    """Proves the claims of a loop.
+
+    Args:
+        loop: The loop.
+        timeout: Seconds that the claims about finite times may take together, and each other claim.
+        progress: Called now and then with what is being done, boxes that are settled, and boxes that are open.
+    """
+
+    def __init__(self, loop: Loop, timeout: float, progress: Progress | None = None) -> None:
+        self.loop, self.timeout, self.progress = loop, timeout, progress
+        self.own = loop.guarantees
+        self._verdicts: dict[int, Verdict] = {}
+
+    @cached_property
+    def dimensions(self) -> list[Dimension]:
+        """What varies over the family: params, then starts."""
+        from fuzzyctl.simulation.loop_params import varied_of
+
+        number = self.loop.number
+        dimensions = [
+            Dimension(v.name, number(v.bounds.lower), number(v.bounds.upper), state)
+            for v, state in varied_of(self.loop)
+        ]
+        return sorted(dimensions, key=lambda d: d.state != "")
+
+    def _sets(self, claims: Sequence[Always], end: float) -> ReachableSets:
+        params = [d.name for d in self.dimensions if not d.state]
+        number = self.loop.number
+        conditions = [loosened(c.claim, 0.0 if c.within is None else number(c.within)) for c in claims]
+        loop = self.loop if math.isinf(end) else replace(self.loop, duration=Number(min(end, number(self.loop.duration))))
+        equations = loop_equations(loop, conditions, params)
+        given = np.zeros((equations.samples, 0))
+        if equations.given:
+            from fuzzyctl.simulation.experiment import Experiment
+
+            given = Experiment(loop, "python").given
+        return ReachableSets(equations, len(conditions), given)
+
+    def verdict(self, claim: Always) -> Verdict:
+        """Return the verdict on one of the claims in `own`."""
+        position = next(k for k, c in enumerate(self.own) if c is claim)
+        if position not in self._verdicts:
+            if claim.forever:
+                self._verdicts[position] = self._forever(claim)
+            else:
+                finite = {k: c for k, c in enumerate(self.own) if isinstance(c, Always) and not c.forever}
+                self._verdicts |= dict(zip(finite, self._for_a_time(list(finite.values())), strict=True))
+        return replace(self._verdicts[position], span=claim.span)
+
+    def _for_a_time(self, claims: Sequence[Always]) -> list[Verdict]:
+        """Return the verdicts on claims about finite times."""
+        number = self.loop.number
+        duration = number(self.loop.duration)
+        asked = [
+            _Claim(
+                c, 0.0 if c.begin is None else number(c.begin), duration if c.end is None else number(c.end)
+            )
+            for c in claims
+        ]
+        sets = self._sets(claims, max(c.end for c in asked))
+        until = clock.now() + self.timeout
+        boxes = [self._family()]
+        settled = 0
+        while boxes:
+            batch, boxes = boxes[:_TOGETHER], boxes[_TOGETHER:]
+            low, high = (np.array(e) for e in zip(*batch, strict=True))
+            broken = self._enclosed(sets, asked, low, high, until)
+            for box in range(len(batch)):
+                failed = [(c, *broken[k][box]) for k, c in enumerate(asked) if broken[k][box][1]]
+                cut = max((b for _, _, _, b in failed), key=lambda b: b[1], default=(-1, 0.0))[0] if failed else -1
+                room = settled + len(boxes) + len(batch) < MOST_BOXES and clock.now() < until
+                if failed and cut >= 0 and room:
+                    boxes += halves(low[box], high[box], cut)
+                    continue
+                settled += 1
+                for claim in asked:
+                    claim.proved += not any(f[0] is claim for f in failed)
+                for claim, time, reason, _ in failed:
+                    claim.open.append((low[box], high[box], time, reason))
+            if self.progress is not None:
+                self.progress("reachable sets", settled, len(boxes))
+        return [self._judged(c) for c in asked]
+
+    def _family(self) -> tuple[Form, Form]:
+        return np.array([d.low for d in self.dimensions]), np.array([d.high for d in self.dimensions])
+
+    def _begin(self, sets: ReachableSets, low: Form, high: Form) -> tuple[list[Form], list[Form], list[Form]]:
+        """Return forms of plants' states, controllers' states and free params over some boxes."""
+        count, width = low.shape
+        forms = np.zeros((width, count, 2 + width))
+        for k in range(width):
+            forms[k, :, 0], forms[k, :, 2 + k] = 0.5 * (low[:, k] + high[:, k]), 0.5 * (high[:, k] - low[:, k])
+            forms[k, :, 1] = 2e-16 * (np.abs(low[:, k]) + np.abs(high[:, k]))
+        at = {d.state: forms[k] for k, d in enumerate(self.dimensions) if d.state}
+        constant = np.zeros((count, 2 + width))
+
+        def of(name: str, start: float) -> Form:
+            return at[name] if name in at else constant + start * np.eye(1, 2 + width)
+
+        plant = [of(s.name, s.start) for s in sets.equations.plant_states]
+        memory = [of(s.name, s.start) for s in sets.equations.states]
+        return plant, memory, [forms[k] for k, d in enumerate(self.dimensions) if not d.state]
+
+    def _enclosed(
+        self, sets: ReachableSets, claims: Sequence[_Claim], low: Form, high: Form, until: float
+    ) -> list[list[tuple[float, str, tuple[int, float]]]]:
+        """Return for each claim and box the time at which it is open, the reason, and where to cut the box."""
+        count = len(low)
+        nothing = (0.0, "", (-1, 0.0))
+        broken = [[nothing] * count for _ in claims]
+        time = 0.0
+        try:
+            for step in sets.run(*self._begin(sets, low, high), len(self.dimensions)):
+                time = step.time
+                self._look(sets, claims, step, broken)
+                if clock.now() > until:
+                    raise DomainError(f"the time of {self.timeout:g} s is over")
+                if all(row[1] for rows in broken for row in rows):
+                    break
+        except (NoTubeError, DomainError) as error:
+            what = str(error) or "no enclosure of the solutions is proved: a state may grow without limit"
+            for rows, claim in zip(broken, claims, strict=True):
+                if claim.end >= time:
+                    cut = (int(np.argmax(np.max(high - low, 0))), 0.0) if low.shape[1] else (-1, 0.0)
+                    rows[:] = [row if row[1] else (time, what, cut) for row in rows]
+        return broken
+
+    def _look(
+        self,
+        sets: ReachableSets,
+        claims: Sequence[_Claim],
+        step: Step,
+        broken: list[list[tuple[float, str, tuple[int, float]]]],
+    ) -> None:
+        """Note the boxes in which a claim is open over a step, or a state may leave its range."""
+        count = len(broken[0])
+        left: list[tuple[str, Mask]] = []
+        for state, form in zip(sets.equations.plant_states, step.states, strict=True):
+            if math.isfinite(state.low) or math.isfinite(state.high):
+                low, high = ends(form)
+                text = f"state '{state.name}' may leave its range: it lies in [{low.min():.4g}, {high.max():.4g}]"
+                left.append((text, np.broadcast_to((low < state.low) | (high > state.high), count)))
+        for k, claim in enumerate(claims):
+            if step.time > claim.end:
+                continue
+            checks = list(left)
+            if claim.speaks_of(step):
+                checks.append(("the enclosure is too wide", np.broadcast_to(~step.truths[k][0], count)))
+            for text, mask in checks:
+                for box in np.flatnonzero(mask):
+                    if not broken[k][box][1]:
+                        broken[k][box] = (step.time, text, self._cut(step, int(box)))
+
+    def _cut(self, step: Step, box: int) -> tuple[int, float]:
+        """Return which side of a box to cut, and its share in the widths of the states."""
+        width = len(self.dimensions)
+        if not width or not step.states:
+            return -1, 0.0
+        shares = np.zeros(width)
+        for form in step.states:
+            row = form[box]
+            total = np.abs(row[1:]).sum()
+            shares += np.abs(row[2 : 2 + width]) / total if total else 0.0
+        return int(np.argmax(shares)), float(np.max(shares))
+
+    def _judged(self, claim: _Claim) -> Verdict:
+        text = text_of(claim.claim)
+        if not claim.open:
+            return Proved(text, note=f"for all members, in {counted(claim.proved, 'box')}")
+        first = min(claim.open, key=lambda o: o[2])
+        shown = [self._sides(low, high) for low, high, _, _ in claim.open[:_SHOWN]]
+        reason = f"at t = {first[2]:.6g} s {first[3]}"
+        return Undecided(text, reason, tuple(shown), len(claim.open))
+
+    def _sides(self, low: Form, high: Form) -> dict[str, Side]:
+        return {d.name: Side(float(a), float(b)) for d, a, b in zip(self.dimensions, low, high, strict=True)}
+
+    def _forever(self, claim: Always) -> Verdict:
+        """Return the verdict on a claim about all times: a set that later lies in itself is invariant."""
+        sets = self._sets([claim], math.inf)
+        text = text_of(claim)
+        clocks = [n.name for e in sets.expressions for n in names_in(e) if n.name == TIME]
+        if clocks or sets.equations.given:
+            return Undecided(text, "the loop depends on the time: 'forever' is for loops whose equations do not change")
+        begin = 0.0 if claim.begin is None else self.loop.number(claim.begin)
+        low, high = (e[None] for e in self._family())
+        until = clock.now() + self.timeout
+        asked = _Claim(claim, begin, math.inf)
+        params = sum(not d.state for d in self.dimensions)
+        plant, memory, free = self._begin(sets, low, high)
+        anchor = [] if begin else [Parallelotope(with_symbols([*plant, *memory]), params, None)]
+        previous: list[list[Form]] = []
+        invariant = [-1]
+        rate = math.lcm(*sets.equations.rates.values(), 1)
+
+        def look(period: int, rows: list[Form]) -> list[Form] | None:
+            if period % rate:
+                return rows
+            if anchor and anchor[0].holds(rows):
+                invariant[0] = period
+                return None
+            motion = modes(previous[0], rows) if previous else None
+            previous[:] = [rows]
+            if period // rate in _ANCHORS and period * sets.equations.step >= begin:
+                anchor[:] = [Parallelotope(rows, params, motion)]
+                previous.clear()
+                return anchor[0].rows
+            return rows
+
+        broken: list[list[tuple[float, str, tuple[int, float]]]] = [[(0.0, "", (-1, 0.0))]]
+        try:
+            for step in sets.run(plant, memory, free, len(self.dimensions), look):
+                self._look(sets, [asked], step, broken)
+                time, reason, _ = broken[0][0]
+                if reason:
+                    return Undecided(text, f"at t = {time:.6g} s {reason}", (self._sides(low[0], high[0]),), 1)
+                if clock.now() > until:
+                    return Undecided(text, f"no set of t <= {step.time:.6g} s lies in an earlier one: more time may help")
+        except (NoTubeError, DomainError) as error:
+            return Undecided(text, str(error) or "no enclosure of the solutions is proved")
+        step_length = sets.equations.step
+        return Proved(text, note=f"the set at t = {invariant[0] * step_length:.6g} s lies in an earlier one")
+
+
+def halves(low: Form, high: Form, side: int) -> list[tuple[Form, Form]]:
+    """Return the two halves of a box along a side."""
+    middle = 0.5 * (low[side] + high[side])
+    first, last = high.copy(), low.copy()
+    first[side] = last[side] = middle
+    return [(low, first), (last, high)]
+
+
+def loosened(claim: Expr, tolerance: float) -> Expr:
+    """Return a condition whose comparisons hold up to a tolerance."""
+    match claim:
+        case Compare(op="<" | "<=" as op, left=left, right=right) if tolerance:
+            return Compare(op, left, right + tolerance)
+        case Compare(op=">" | ">=" as op, left=left, right=right) if tolerance:
+            return Compare(op, left + tolerance, right)
+        case Logic(op="and" | "or" as op, operands=operands):
+            return Logic(op, tuple(loosened(o, tolerance) for o in operands))
+    return claim
+
+
+def text_of(claim: Always) -> str:
+    """Return a claim as the file writes it."""
+    parts = [to_text(claim.claim)]
+    parts += [f"{word} {to_text(e)}" for word, e in (("within", claim.within), ("from", claim.begin), ("until", claim.end)) if e is not None]
+    return " ".join([*parts, *(["forever"] if claim.forever else [])])
