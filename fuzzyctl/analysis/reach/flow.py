@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.reach import forms
-from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, hulled, interval, plus, scaled
+from fuzzyctl.analysis.reach.forms import Form, Value, as_form, ends, hulled, interval, plus, scaled
 from fuzzyctl.analysis.reach.series import Nodes, NotSmoothError, Series
 
 #: Order of the Taylor polynomials.
@@ -85,16 +85,13 @@ class Flow:
         """
         tube = self.tube(time, step, x, self._disturbed(constants))
         apart = self._deviation(time, step, tube, constants)
-        order = ORDER
-        while True:
-            try:
-                rest = self._coefficients(_clock(time, step), tube, [_flat(c) for c in constants], order + 1)[-1]
-                polynomial = self._coefficients(time, x, constants, order)
-            except NotSmoothError:
-                order = 0
-                rest = self._over_tube(time, step, x, tube, constants)
-                polynomial = [list(x)]
-            break
+        polynomial: list[list[Value]]
+        try:
+            rest = self._coefficients(_clock(time, step), tube, [_flat(c) for c in constants], ORDER + 1)[-1]
+            polynomial = self._coefficients(time, x, constants, ORDER)
+        except NotSmoothError:
+            rest = self._over_tube(time, step, x, tube, constants)
+            polynomial = [list(x)]
         end = [_evaluated([p[k] for p in polynomial], as_form(rest[k]), step) for k in range(self.states)]
         over = [_over([p[k] for p in polynomial], as_form(rest[k]), step) for k in range(self.states)]
         if apart is not None:
@@ -112,9 +109,7 @@ class Flow:
         ]
         return [*constants[:count], *ranges]
 
-    def _deviation(
-        self, time: float, step: float, tube: Sequence[Form], constants: Sequence[Value]
-    ) -> Form | None:
+    def _deviation(self, time: float, step: float, tube: Sequence[Form], constants: Sequence[Value]) -> Form | None:
         """Return how far disturbances move each state within a step at most, shape (states, boxes); None without any.
 
         The difference y of a disturbed solution and the one with the disturbances at their centres, both in the tube,
@@ -146,13 +141,11 @@ class Flow:
         self, time: float, step: float, x: Sequence[Form], tube: Sequence[Form], constants: Sequence[Value]
     ) -> list[Value]:
         """Return the derivatives over a step, correlated with the states at its begin."""
-        width = x[0].shape[-1]
         moved = []
         rates = Series(self.nodes, [_clock(time, step), *tube, *map(_flat, constants)]).extend()
         for a, rate in zip(x, rates, strict=True):
             low, high = ends(as_form(rate))
             moved.append(plus(a, interval(np.minimum(step * low, 0.0), np.maximum(step * high, 0.0))))
-        del width
         return Series(self.nodes, [_clock(time, step), *moved, *constants]).extend()
 
     def _coefficients(
@@ -194,31 +187,20 @@ def _evaluated(coefficients: Sequence[Value], rest: Form, step: float) -> Form:
 
 
 def _over(coefficients: Sequence[Value], rest: Form, step: float) -> Form:
-    """Return a polynomial with its remainder over a step; the last symbol is the time, -1 at its begin, 1 at its end."""
-    total = as_form(coefficients[0])
-    if len(coefficients) > 1 and not isinstance(coefficients[1], float):
-        slope = scaled(coefficients[1], 0.5 * step)
-        total = plus(total, slope)
-        slope = as_form(slope)
-        total = forms.widened(as_form(total), as_form(total).shape[-1] + 1).copy()
+    """Return a polynomial with its remainder over a step.
+
+    The last symbol is the time, -1 at the begin of the step, 1 at its end.
+    """
+    start = as_form(coefficients[0])
+    total = forms.widened(start, start.shape[-1] + 1)
+    if len(coefficients) > 1:  # the linear part at the middle, and its slope along the time
+        slope = as_form(scaled(coefficients[1], 0.5 * step))
+        total = as_form(plus(total, slope)).copy()
         total[..., -1] += slope[..., 0]
         total[..., 1] += forms.radius(slope)
-    elif len(coefficients) > 1:
-        slope_value = 0.5 * step * float(coefficients[1])  # type: ignore[arg-type]
-        total = forms.widened(total, total.shape[-1] + 1).copy()
-        total[..., 0] += slope_value
-        total[..., -1] += slope_value
-    else:
-        total = forms.widened(total, total.shape[-1] + 1)
-    for k in range(2, len(coefficients)):
-        part = coefficients[k]
-        if isinstance(part, float) and part == 0.0:
-            continue
-        low, high = ends(as_form(part))
-        total = as_form(plus(total, interval(np.minimum(low * step**k, 0.0), np.maximum(high * step**k, 0.0))))
-    low, high = ends(rest)
-    power = step ** len(coefficients)
-    return as_form(plus(total, interval(np.minimum(low * power, 0.0), np.maximum(high * power, 0.0))))
-
-
-__all__ = ["DomainError", "Flow", "NoTubeError"]
+    parts = [*enumerate(coefficients[2:], 2), (len(coefficients), rest)]
+    for power, part in parts:
+        if not (isinstance(part, float) and part == 0.0):
+            low, high = (e * step**power for e in ends(as_form(part)))
+            total = as_form(plus(total, interval(np.minimum(low, 0.0), np.maximum(high, 0.0))))
+    return total

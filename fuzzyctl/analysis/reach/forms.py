@@ -61,7 +61,8 @@ def hulled(a: Form) -> Form:
     return np.stack([a[..., 0], radius(a)], -1)
 
 
-def _padded(a: Form, magnitude: Any, relative: float = _SUM) -> Form:
+def padded(a: Form, magnitude: Any, relative: float = _SUM) -> Form:
+    """Add what rounding may have done to a sum of some magnitude, in place."""
     a[..., 1] = a[..., 1] * (1.0 + _SUM) + relative * magnitude + _TINY
     return a
 
@@ -91,11 +92,11 @@ def plus(a: Value, b: Value) -> Value:
             return a
         out = a.copy()
         out[..., 0] += b
-        return _padded(out, np.abs(out[..., 0]))
+        return padded(out, np.abs(out[..., 0]))
     if a.shape[-1] != b.shape[-1]:
         a, b = aligned(a, b)
     out = a + b
-    return _padded(out, _size(out))
+    return padded(out, _size(out))
 
 
 def aligned(a: Form, b: Form) -> tuple[Form, Form]:
@@ -121,7 +122,7 @@ def scaled(a: Value, factor: float) -> Value:
         return a * factor
     out = a * factor
     out[..., 1] = np.abs(out[..., 1])
-    return _padded(out, _size(out))
+    return padded(out, _size(out))
 
 
 def times(a: Value, b: Value) -> Value:
@@ -139,7 +140,7 @@ def times(a: Value, b: Value) -> Value:
     size_a, size_b = np.abs(a[..., 0]), np.abs(b[..., 0])
     out[..., 0] = a[..., 0] * b[..., 0] + 0.5 * both.sum(-1)
     out[..., 1] = size_a * b[..., 1] + size_b * a[..., 1] + np.maximum(ra * rb - 0.5 * np.abs(both).sum(-1), 0.0)
-    return _padded(out, (size_a + ra) * (size_b + rb), _PRODUCT * (1 + a.shape[-1]))
+    return padded(out, (size_a + ra) * (size_b + rb), _PRODUCT * (1 + a.shape[-1]))
 
 
 def on_line(a: Form, slope: Any, offset: Any, error: Any) -> Form:
@@ -147,7 +148,7 @@ def on_line(a: Form, slope: Any, offset: Any, error: Any) -> Form:
     out = np.asarray(a * np.asarray(slope)[..., None])
     out[..., 1] = np.abs(out[..., 1]) + error
     out[..., 0] = offset
-    return _padded(out, _size(out) + np.abs(offset))
+    return padded(out, _size(out) + np.abs(offset))
 
 
 def through(
@@ -204,11 +205,11 @@ def sine(a: Value, shift: float = 0.0) -> Value:
 
     low, high = ends(a)
     if float(np.max(high - low)) > math.pi / 2:  # the secant is worse than the range
-        return _better(through(a, function, curvature), interval(*_sine_range(low + shift, high + shift)))
+        return narrower(through(a, function, curvature), interval(*_sine_range(low + shift, high + shift)))
     return through(a, function, curvature)
 
 
-def _better(a: Form, b: Form) -> Form:
+def narrower(a: Form, b: Form) -> Form:
     """Return for each box the narrower of two enclosures."""
     a, b = aligned(a, b)
     return np.where((radius(a) <= radius(b))[..., None], a, b)
@@ -246,7 +247,7 @@ def root(a: Value) -> Value:
     first, last = np.sqrt(low), np.sqrt(high)
     total = first + last
     slope = np.where(total > 0.0, 1.0 / np.where(total > 0.0, total, 1.0), 0.0)
-    # sqrt(x) - secant is largest at x = total^2 / 4: total / 4 + first last / total - ... in closed form
+    # The root less its secant is largest at x = (total / 2)^2.
     above = np.where(total > 0.0, (last - first) ** 2 / (4.0 * np.where(total > 0.0, total, 1.0)), 0.0)
     middle = first + slope * (a[..., 0] - low) + 0.5 * above
     return on_line(a, slope, middle, 0.5 * above * (1.0 + 1e-12) + _PRODUCT * (first + last))
@@ -260,12 +261,14 @@ def inverse(a: Value) -> Value:
         return 1.0 / a
     low, high = ends(a)
     if bool(np.any((low <= 0.0) & (high >= 0.0))):
-        raise DomainError(f"the enclosure of a divisor holds 0: from {float(np.min(low)):.3g} to {float(np.max(high)):.3g}")
-    steep = lambda x: 2.0 * x**-3.0  # noqa: E731
+        raise DomainError(
+            f"the enclosure of a divisor holds 0: from {float(np.min(low)):.3g} to {float(np.max(high)):.3g}"
+        )
 
     def curvature(low: Form, high: Form) -> tuple[Form, Form]:
-        one, other = steep(low), steep(high)
-        return np.minimum(one, other) - 1e-12 * np.abs(one), np.maximum(one, other) + 1e-12 * np.abs(one) + 1e-12 * np.abs(other)
+        one, other = 2.0 * low**-3.0, 2.0 * high**-3.0
+        slack = 1e-12 * (np.abs(one) + np.abs(other))
+        return np.minimum(one, other) - slack, np.maximum(one, other) + slack
 
     return through(a, lambda x: 1.0 / x, curvature)
 
@@ -337,7 +340,7 @@ def chosen(yes: Mask, no: Mask, a: Value, b: Value) -> Value:
     either = 0.5 * (first + second)
     either[..., 1] += 0.5 * (np.abs(first[..., 0] - second[..., 0]) + np.abs(first[..., 2:] - second[..., 2:]).sum(-1))
     either[..., 1] += 0.5 * np.abs(first[..., 1] - second[..., 1])
-    either = _padded(either, _size(first) + _size(second))
+    either = padded(either, _size(first) + _size(second))
     return np.where(yes[..., None], first, np.where(no[..., None], second, either))
 
 

@@ -57,7 +57,7 @@ class _Claim:
     def speaks_of(self, step: Step) -> bool:
         """Whether a step has an instant that the claim is about."""
         slack = 1e-9 * (step.length or 1.0)
-        return step.time + step.length > self.begin + slack and step.time <= self.end + slack or (
+        return (step.time + step.length > self.begin + slack and step.time <= self.end + slack) or (
             step.length == 0.0 and self.begin - 1e-9 <= step.time <= self.end + 1e-9
         )
 
@@ -92,7 +92,9 @@ class LoopProver:
         params = [d.name for d in self.dimensions if not d.state]
         number = self.loop.number
         conditions = [loosened(c.claim, 0.0 if c.within is None else number(c.within)) for c in claims]
-        loop = self.loop if math.isinf(end) else replace(self.loop, duration=Number(min(end, number(self.loop.duration))))
+        loop = (
+            self.loop if math.isinf(end) else replace(self.loop, duration=Number(min(end, number(self.loop.duration))))
+        )
         equations = loop_equations(loop, conditions, params)
         given = np.zeros((equations.samples, 0))
         if equations.given:
@@ -117,9 +119,7 @@ class LoopProver:
         number = self.loop.number
         duration = number(self.loop.duration)
         asked = [
-            _Claim(
-                c, 0.0 if c.begin is None else number(c.begin), duration if c.end is None else number(c.end)
-            )
+            _Claim(c, 0.0 if c.begin is None else number(c.begin), duration if c.end is None else number(c.end))
             for c in claims
         ]
         sets = self._sets(claims, max(c.end for c in asked))
@@ -280,7 +280,9 @@ class LoopProver:
                 if reason:
                     return Undecided(text, f"at t = {time:.6g} s {reason}", (self._sides(low[0], high[0]),), 1)
                 if clock.now() > until:
-                    return Undecided(text, f"no set of t <= {step.time:.6g} s lies in an earlier one: more time may help")
+                    return Undecided(
+                        text, f"no set of t <= {step.time:.6g} s lies in an earlier one: more time may help"
+                    )
         except (NoTubeError, DomainError) as error:
             return Undecided(text, str(error) or "no enclosure of the solutions is proved")
         step_length = sets.equations.step
@@ -310,5 +312,9 @@ def loosened(claim: Expr, tolerance: float) -> Expr:
 def text_of(claim: Always) -> str:
     """Return a claim as the file writes it."""
     parts = [to_text(claim.claim)]
-    parts += [f"{word} {to_text(e)}" for word, e in (("within", claim.within), ("from", claim.begin), ("until", claim.end)) if e is not None]
+    parts += [
+        f"{word} {to_text(e)}"
+        for word, e in (("within", claim.within), ("from", claim.begin), ("until", claim.end))
+        if e is not None
+    ]
     return " ".join([*parts, *(["forever"] if claim.forever else [])])

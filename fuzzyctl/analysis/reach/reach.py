@@ -22,7 +22,6 @@ from fuzzyctl.model.loop import TIME
 from fuzzyctl.simulation.equations import LoopEquations, reached
 from fuzzyctl.simulation.expansion import free_name
 
-
 #: After how many samples a step of half as many parts is tried again, and most parts of a step.
 _RETRY: Final = 16
 MOST_SUBSTEPS: Final = 256
@@ -106,7 +105,7 @@ class ReachableSets:
         self,
         x: list[Form],
         m: list[Form],
-        free: list[Value],
+        free: Sequence[Value],
         kept: int,
         periods: Checkpoint | None = None,
     ) -> Iterator[Step]:
@@ -149,7 +148,9 @@ class ReachableSets:
                     count, part = 2 * count, 2 * part
                     continue
                 width = over[0].shape[-1] if over else 2
-                yield Step(begin, length, self._truths([_over(begin, length, width), *over, *constants, *acting]), over, m)
+                yield Step(
+                    begin, length, self._truths([_over(begin, length, width), *over, *constants, *acting]), over, m
+                )
                 x, part = end, part + 1
             boxes = max(a.shape[0] for a in (*x, *m))
             m = [np.broadcast_to(u, (boxes, u.shape[-1])) for u in map(as_form, updates)]

@@ -1,6 +1,7 @@
 """Taylor series in time of expressions over forms: each node of an expression has a recurrence for its coefficients.
 
-With x(t) = sum of x[k] t^k and x' = f(x) the coefficients of the states follow from those of f: x[k + 1] = f[k] / (k + 1).
+With x(t) = sum of x[k] t^k and x' = f(x) the coefficients of the states follow from those of f:
+x[k + 1] = f[k] / (k + 1).
 
 Source:
     Moore: Interval Analysis, 1966; Griewank, Walther: Evaluating Derivatives, 2nd ed. 2008, table 13.2 (recurrences).
@@ -11,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -265,14 +266,12 @@ class Series:
                     return 0.0
                 rest = minus(parts[0][k], _convolved(parts[1], table[at], range(1, k + 1), k))
                 return times(rest, self._inverses[at])
-            case "sin" | "cos":
+            case "sin":
                 slopes = [scaled(parts[0][j], float(j)) for j in range(k + 1)]
-                one, other = scaled(_convolved(slopes, table[node.detail], range(1, k + 1), k), 1.0 / k), None
-                if node.kind == "cos":
-                    return negative(one)
-                other = scaled(_convolved(slopes, table[at], range(1, k + 1), k), -1.0 / k)
-                table[node.detail].append(other)
-                return one
+                cosine = scaled(_convolved(slopes, table[at], range(1, k + 1), k), -1.0 / k)
+                sine = scaled(_convolved(slopes, table[node.detail], range(1, k + 1), k), 1.0 / k)
+                table[node.detail].append(cosine)
+                return sine
             case "exp":
                 slopes = [scaled(parts[0][j], float(j)) for j in range(k + 1)]
                 return scaled(_convolved(slopes, table[at], range(1, k + 1), k), 1.0 / k)

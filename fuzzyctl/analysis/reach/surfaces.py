@@ -52,7 +52,7 @@ class SystemSurface:
             return self._by_slopes(arguments)[self.grid.outputs.index(table)]
         sides = [arguments[i] for i in self.grid.inputs]
         shape = tuple(len(k) for k in self.grid.knots)
-        value = self._plane(np.array(table.value).reshape(shape), sides)
+        value: Value = self._plane(np.array(table.value).reshape(shape), sides)
         if table.weight:
             value = forms.times(value, forms.inverse(self._plane(np.array(table.weight).reshape(shape), sides)))
         out = as_form(value).copy()
@@ -109,8 +109,10 @@ class SystemSurface:
             below, above = (np.broadcast_to(s, low.shape) for s in slopes)
             spread = 0.5 * (above - below) * np.array([radius(a) for a in arguments])
             error = 0.5 * (at.hi - at.lo) + spread.sum(0) * (1.0 + 1e-12) + 1e-12 * np.abs(at.hi)
-            plane = _planes(arguments, 0.5 * (below + above), np.broadcast_to(0.5 * (at.lo + at.hi), low[0].shape), error)
-            results.append(forms._better(plane, hull))
+            plane = _planes(
+                arguments, 0.5 * (below + above), np.broadcast_to(0.5 * (at.lo + at.hi), low[0].shape), error
+            )
+            results.append(forms.narrower(plane, hull))
         if any(not np.all(np.isfinite(as_form(r))) for r in results):
             raise DomainError(f"system '{self.system.name}' has no finite bound")
         return results
@@ -125,7 +127,7 @@ def _planes(sides: Sequence[Form], slopes: Form, middle: Form, error: Form) -> F
         out[:, 2:] += part[:, 2:]
     out[:, 0] = middle
     out[:, 1] += error
-    return forms._padded(out, np.abs(out).sum(-1) * len(sides))
+    return forms.padded(out, np.abs(out).sum(-1) * len(sides))
 
 
 #: Slabs that a plane set is cut into.
