@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.reach import forms
-from fuzzyctl.analysis.reach.forms import Form, Value, as_form, ends, hulled, interval, plus, scaled
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, hulled, interval, plus, scaled
 from fuzzyctl.analysis.reach.series import Nodes, NotSmoothError, Series
 
 #: Order of the Taylor polynomials.
@@ -119,6 +119,10 @@ class Flow:
         if self.influence is None:
             return None
         arguments = [_flat(c) for c in self._disturbed(constants)]
+        plain = Series(self.nodes, [_clock(time, step), *tube, *arguments])
+        plain.extend()
+        if plain.may_jump():
+            raise DomainError("a disturbance acts where the derivatives of a plant may jump")
         slopes = Series(self.influence, [_clock(time, step), *tube, *arguments]).extend()
         n, inputs = self.states, len(self.spread)
         boxes = max(t.shape[0] for t in tube)

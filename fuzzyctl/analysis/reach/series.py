@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -26,6 +26,10 @@ from fuzzyctl.kernels.program.builder import LAST_ENTRY
 
 #: A table of a system: returns its outputs for the values of its inputs.
 Table = Callable[[Sequence[Value]], list[Value]]
+
+
+#: Functions that jump.
+_STEPS: Final = frozenset({LAST_ENTRY, "sign", "floor", "ceil", "round", "mod", "fmod", "atan2"})
 
 
 class NotSmoothError(Exception):
@@ -192,6 +196,18 @@ class Series:
                 table[at].append(self._first(at, node) if order == 0 else self._next(at, node, order))
         return [table[at][order] for at in self.nodes.values]
 
+    def may_jump(self) -> bool:
+        """Return whether a value may jump over the set: a choice is open, or a step function has several values."""
+        for at, node in enumerate(self.nodes.nodes):
+            if node.kind == "where":
+                yes, no = self._choices[at]
+                if not bool(np.all(yes | no)):
+                    return True
+            elif node.kind in _STEPS and not isinstance(self.coefficients[at][0], float):
+                if bool(np.any(forms.radius(self.coefficients[at][0]) > 1e-9)):
+                    return True
+        return False
+
     def truths(self) -> list[tuple[Mask, Mask]]:
         """Return of each condition where it surely holds, and where it surely does not; after order 0."""
         return [self.coefficients[at][0] for at in self.nodes.conditions]
@@ -227,6 +243,13 @@ class Series:
                 self._choices[at] = _signs(parts[0])
                 return minus(scaled(forms.ramp(parts[0]), 2.0), parts[0])
             case "min" | "max":
+                open_end = next((k for k in (0, 1) if isinstance(parts[k], float) and math.isinf(parts[k])), None)
+                if open_end is not None:  # as in clamp(x, 0, inf)
+                    keeps = (parts[open_end] > 0.0) == (node.kind == "min")
+                    sure = np.array([True])
+                    first = keeps == (open_end == 1)
+                    self._choices[at] = (sure, ~sure) if first else (~sure, sure)
+                    return parts[0] if first else parts[1]
                 difference = minus(parts[0], parts[1]) if node.kind == "max" else minus(parts[1], parts[0])
                 self._choices[at] = _signs(difference)
                 join = forms.larger if node.kind == "max" else forms.smaller
