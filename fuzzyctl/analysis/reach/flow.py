@@ -13,8 +13,9 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.reach import forms
-from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, hulled, interval, plus, scaled
+from fuzzyctl.analysis.reach.forms import Form, Value, as_form, ends, hulled, interval, plus, scaled
 from fuzzyctl.analysis.reach.series import Nodes, NotSmoothError, Series
+from fuzzyctl.analysis.reach.slopes import Slopes
 
 #: Order of the Taylor polynomials.
 ORDER: Final = 4
@@ -32,12 +33,13 @@ class Flow:
     Args:
         nodes: Derivatives of the states from time, states and constants, in this order.
         states: How many states there are.
-        influence: Bounds of the derivatives of f by the states and by disturbances, from time, states, constants and
-            disturbances; None without disturbances.
+        influence: The derivatives of f by the states and the disturbances; None without disturbances.
         spread: Half the widths of the ranges of the disturbances, which are the last constants of `nodes`.
     """
 
-    def __init__(self, nodes: Nodes, states: int, influence: Nodes | None = None, spread: Sequence[float] = ()) -> None:
+    def __init__(
+        self, nodes: Nodes, states: int, influence: Slopes | None = None, spread: Sequence[float] = ()
+    ) -> None:
         self.nodes, self.states, self.influence, self.spread = nodes, states, influence, np.array(spread)
 
     def tube(self, time: float, step: float, x: Sequence[Form], constants: Sequence[Value]) -> list[Form]:
@@ -118,16 +120,10 @@ class Flow:
         """
         if self.influence is None:
             return None
-        arguments = [_flat(c) for c in self._disturbed(constants)]
-        plain = Series(self.nodes, [_clock(time, step), *tube, *arguments])
-        plain.extend()
-        if plain.may_jump():
-            raise DomainError("a disturbance acts where the derivatives of a plant may jump")
-        slopes = Series(self.influence, [_clock(time, step), *tube, *arguments]).extend()
-        n, inputs = self.states, len(self.spread)
-        boxes = max(t.shape[0] for t in tube)
-        low_high = [[np.broadcast_to(e, boxes) for e in ends(as_form(s))] for s in slopes]
-        low, high = (np.array(e).reshape(n, n + inputs, boxes) for e in zip(*low_high, strict=True))
+        arguments = [_clock(time, step), *tube, *(_flat(c) for c in self._disturbed(constants))]
+        n, boxes = self.states, max(t.shape[0] for t in tube)
+        slopes = [self.influence.over([_box(a, box) for a in arguments]) for box in range(boxes)]
+        low, high = (np.stack(e, -1) for e in zip(*map(ends, slopes), strict=True))
         largest = np.maximum(np.abs(low), np.abs(high))
         growth = largest[:, :n].copy()
         for k in range(n):
@@ -165,6 +161,11 @@ class Flow:
             results.append([scaled(r, 1.0 / (k + 1)) for r in rates])
             following = [1.0 if k == 0 else 0.0, *results[-1], *idle]
         return results
+
+
+def _box(a: Value, box: int) -> Value:
+    """Return the value of one box."""
+    return a if isinstance(a, float) else a[min(box, a.shape[0] - 1)][None]
 
 
 def _flat(a: Value) -> Value:

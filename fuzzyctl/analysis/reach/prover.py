@@ -16,10 +16,11 @@ from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
 from fuzzyctl.analysis.reach.reach import ReachableSets, Step
 from fuzzyctl.analysis.reach.sets import Parallelotope, modes, with_symbols
+from fuzzyctl.analysis.reach.stability import Contraction, contraction
 from fuzzyctl.analysis.verdicts import Proved, Undecided, Verdict
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in, to_text
-from fuzzyctl.model.loop import TIME, Always, Loop
+from fuzzyctl.model.loop import TIME, Always, Loop, Stable
 from fuzzyctl.simulation.expansion import loop_equations
 
 #: Most boxes that a family is cut into, and boxes that are enclosed at once.
@@ -29,6 +30,9 @@ _TOGETHER: Final = 8
 _SHOWN: Final = 3
 #: Numbers of periods at which a set is replaced by a parallelotope that later sets may lie in.
 _ANCHORS: Final = tuple(round(400 * 1.6**k) for k in range(20))
+
+#: Numbers of periods at which it is tried whether a set contracts.
+_LOOKS: Final = frozenset(round(30 * 1.5**k) for k in range(30))
 
 Progress = Callable[[str, int, int], None]
 
@@ -103,11 +107,13 @@ class LoopProver:
             given = Experiment(loop, "python").given
         return ReachableSets(equations, len(conditions), given)
 
-    def verdict(self, claim: Always) -> Verdict:
+    def verdict(self, claim: Always | Stable) -> Verdict:
         """Return the verdict on one of the claims in `own`."""
         position = next(k for k, c in enumerate(self.own) if c is claim)
         if position not in self._verdicts:
-            if claim.forever:
+            if isinstance(claim, Stable):
+                self._verdicts[position] = self._stable()
+            elif claim.forever:
                 self._verdicts[position] = self._forever(claim)
             else:
                 finite = {k: c for k, c in enumerate(self.own) if isinstance(c, Always) and not c.forever}
@@ -242,11 +248,10 @@ class LoopProver:
 
     def _forever(self, claim: Always) -> Verdict:
         """Return the verdict on a claim about all times: a set that later lies in itself is invariant."""
-        sets = self._sets([claim], math.inf)
         text = text_of(claim)
-        clocks = [n.name for e in sets.expressions for n in names_in(e) if n.name == TIME]
-        if clocks or sets.equations.given:
-            return Undecided(text, "the loop depends on the time: 'forever' is for loops whose equations do not change")
+        sets = self._sets([claim], math.inf)
+        if reason := _changes(sets):
+            return Undecided(text, reason)
         begin = 0.0 if claim.begin is None else self.loop.number(claim.begin)
         low, high = (e[None] for e in self._family())
         until = clock.now() + self.timeout
@@ -287,6 +292,59 @@ class LoopProver:
             return Undecided(text, str(error) or "no enclosure of the solutions is proved")
         step_length = sets.equations.step
         return Proved(text, note=f"the set at t = {invariant[0] * step_length:.6g} s lies in an earlier one")
+
+    def _stable(self) -> Verdict:
+        """Return the verdict on convergence: the members come into a ball that a period contracts."""
+        text = "stable"
+        sets = self._sets([], math.inf)
+        if reason := _changes(sets):
+            return Undecided(text, reason)
+        if sets.spread:
+            return Undecided(text, "with a disturbance nothing converges: claim a range with 'require always ... from'")
+        if sets.equations.rates:
+            return Undecided(text, "its controllers run at several rates, for which contraction is not computed")
+        low, high = (e[None] for e in self._family())
+        plant, memory, free = self._begin(sets, low, high)
+        until = clock.now() + self.timeout
+        balls: list[Contraction] = []
+        reasons: list[str] = []
+        previous: list[list[Form]] = []
+
+        def look(period: int, rows: list[Form]) -> list[Form] | None:
+            motion = modes(previous[0], rows) if previous else None
+            previous[:] = [rows]
+            if period in _LOOKS:
+                try:
+                    ball = contraction(sets, rows, free, motion)
+                except (NoTubeError, DomainError) as error:
+                    ball = None
+                    reasons[:] = [str(error)]
+                if ball is not None:
+                    balls.append(ball)
+                    return None
+            return rows
+
+        time = 0.0
+        try:
+            for step in sets.run(plant, memory, free, len(self.dimensions), look):
+                time = step.time
+                if clock.now() > until:
+                    break
+        except (NoTubeError, DomainError) as error:
+            reasons[:] = [str(error) or "no enclosure of the solutions is proved"]
+        if balls:
+            period = sets.equations.step
+            note = f"from t = {time + period:.6g} s on distances shrink by {balls[0].rate:.6g} each {period:g} s"
+            return Proved(text, note=note)
+        why = f": {reasons[0]}" if reasons and reasons[0] else ""
+        return Undecided(text, f"no set of t <= {time:.6g} s is proved to contract{why}")
+
+
+def _changes(sets: ReachableSets) -> str:
+    """Return why a loop is not the same at each period, an empty text if it is."""
+    if sets.equations.given or any(n.name == TIME for e in sets.expressions for n in names_in(e)):
+        return "the loop depends on the time, so that no set of its states says what comes after it"
+    return ""
 
 
 def halves(low: Form, high: Form, side: int) -> list[tuple[Form, Form]]:

@@ -10,14 +10,13 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.reach.flow import Flow, NoTubeError
-from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, Value, as_form
+from fuzzyctl.analysis.reach.forms import Form, Mask, Value, as_form
 from fuzzyctl.analysis.reach.series import Nodes, Series
 from fuzzyctl.analysis.reach.sets import modes, reduced, with_symbols
+from fuzzyctl.analysis.reach.slopes import Slopes
 from fuzzyctl.analysis.reach.surfaces import SystemSurface
 from fuzzyctl.expr import Expr, Name
-from fuzzyctl.kernels.plan.equations import Equation, Evaluation
-from fuzzyctl.kernels.program.derivatives import NotDifferentiableError, differentiated
-from fuzzyctl.kernels.program.program import Assign, Program
+from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.loop import TIME
 from fuzzyctl.simulation.equations import LoopEquations, reached
 from fuzzyctl.simulation.expansion import free_name
@@ -84,10 +83,10 @@ class ReachableSets:
         body = [i for i in equations.body if isinstance(i, Evaluation) or i.name not in acting]
         between = [i for i in between if isinstance(i, Evaluation) or i.name not in acting]
         fixed = [*self.held, *self.free, *(c for c in columns if c not in self.held), *memory, *acting]
-        influence = _influence(between, [*shared, *fixed], plant, list(acting), derivatives) if acting else None
         self.spread = [0.5 * (high - low) for low, high, _ in acting.values()]
         self.centres = [0.5 * (high + low) for low, high, _ in acting.values()]
-        self.flow = Flow(Nodes([*shared, *fixed], between, derivatives, tables), len(plant), influence, self.spread)
+        nodes = Nodes([*shared, *fixed], between, derivatives, tables)
+        self.flow = Flow(nodes, len(plant), Slopes(nodes, [*plant, *acting]) if acting else None, self.spread)
         self.claims = Nodes([*shared, *fixed], between, [], tables)
         for condition in claims:
             self.claims.ask(condition)
@@ -170,23 +169,3 @@ def _over(begin: float, length: float, width: int) -> Form:
     time = np.zeros((1, width))
     time[0, 0], time[0, -1] = begin + 0.5 * length, 0.5 * length * (1.0 - 1e-9)
     return time
-
-
-def _influence(
-    between: Sequence[Equation | Evaluation],
-    names: Sequence[str],
-    plant: Sequence[str],
-    acting: Sequence[str],
-    derivatives: Sequence[Expr],
-) -> Nodes:
-    """Return the derivatives of those of the states by the states and the disturbances, row by row."""
-    if any(isinstance(i, Evaluation) for i in between):
-        raise DomainError("a disturbance acts where a plant calls a fuzzy system")
-    body = tuple(Assign(i.name, i.value) for i in between if isinstance(i, Equation))
-    program = Program(tuple(names), 0, (), body, tuple(derivatives))
-    try:
-        slopes = differentiated(program, [*plant, *acting])
-    except NotDifferentiableError as error:
-        raise DomainError(f"a plant has no derivative: {error}") from None
-    items = [Equation(s.name, s.value) for s in slopes.body if isinstance(s, Assign)]
-    return Nodes(names, items, slopes.results)

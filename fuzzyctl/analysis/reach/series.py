@@ -29,7 +29,7 @@ Table = Callable[[Sequence[Value]], list[Value]]
 
 
 #: Functions that jump.
-_STEPS: Final = frozenset({LAST_ENTRY, "sign", "floor", "ceil", "round", "mod", "fmod", "atan2"})
+STEPS: Final = frozenset({LAST_ENTRY, "sign", "floor", "ceil", "round", "mod", "fmod", "atan2"})
 
 
 class NotSmoothError(Exception):
@@ -172,7 +172,7 @@ class Series:
         self.nodes = nodes
         self.coefficients: list[list[Any]] = [[] for _ in nodes.nodes]
         #: Of a choice, where it is surely the first, and where surely the second.
-        self._choices: dict[int, tuple[Mask, Mask]] = {}
+        self.choices: dict[int, tuple[Mask, Mask]] = {}
         self._inverses: dict[int, Value] = {}
         for at, value in zip(nodes.inputs, values, strict=True):
             self.coefficients[at].append(value)
@@ -200,12 +200,12 @@ class Series:
         """Return whether a value may jump over the set: a choice is open, or a step function has several values."""
         for at, node in enumerate(self.nodes.nodes):
             if node.kind == "where":
-                yes, no = self._choices[at]
+                yes, no = self.choices[at]
                 if not bool(np.all(yes | no)):
                     return True
-            elif node.kind in _STEPS and not isinstance(self.coefficients[at][0], float):
-                if bool(np.any(forms.radius(self.coefficients[at][0]) > 1e-9)):
-                    return True
+            value = self.coefficients[at][0]
+            if node.kind in STEPS and not isinstance(value, float) and bool(np.any(forms.radius(value) > 1e-9)):
+                return True
         return False
 
     def truths(self) -> list[tuple[Mask, Mask]]:
@@ -240,7 +240,7 @@ class Series:
             case "power":
                 return forms.powered(parts[0], node.detail)
             case "abs":
-                self._choices[at] = _signs(parts[0])
+                self.choices[at] = _signs(parts[0])
                 return minus(scaled(forms.ramp(parts[0]), 2.0), parts[0])
             case "min" | "max":
                 open_end = next((k for k in (0, 1) if isinstance(parts[k], float) and math.isinf(parts[k])), None)
@@ -248,10 +248,10 @@ class Series:
                     keeps = (parts[open_end] > 0.0) == (node.kind == "min")
                     sure = np.array([True])
                     first = keeps == (open_end == 1)
-                    self._choices[at] = (sure, ~sure) if first else (~sure, sure)
+                    self.choices[at] = (sure, ~sure) if first else (~sure, sure)
                     return parts[0] if first else parts[1]
                 difference = minus(parts[0], parts[1]) if node.kind == "max" else minus(parts[1], parts[0])
-                self._choices[at] = _signs(difference)
+                self.choices[at] = _signs(difference)
                 join = forms.larger if node.kind == "max" else forms.smaller
                 return join(parts[0], parts[1])
             case "compare":
@@ -260,7 +260,7 @@ class Series:
                 return _joined(node.detail, [self.coefficients[p][0] for p in node.parts])
             case "where":
                 condition, then, otherwise = (self.coefficients[p][0] for p in node.parts)
-                self._choices[at] = condition
+                self.choices[at] = condition
                 return _without_nan(condition, then, otherwise)
             case "system":
                 return node.detail(parts)
@@ -324,7 +324,7 @@ class Series:
         return 0.0
 
     def _picked(self, at: int, a: Value, b: Value) -> Value:
-        yes, no = self._choices[at]
+        yes, no = self.choices[at]
         if not bool(np.all(yes | no)) and not (_is_zero(a) and _is_zero(b)):
             raise NotSmoothError
         return forms.chosen(yes, no, a, b)

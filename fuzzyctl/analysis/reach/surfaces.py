@@ -88,6 +88,41 @@ class SystemSurface:
             error[box] = 0.5 * (best[1] - best[0]) + 64 * 2.0**-53 * size
         return _planes(sides, slopes, middle, error)
 
+    def slopes(self, inputs: Sequence[Form]) -> list[Form]:
+        """Return the derivatives of each output by the inputs over one box, shape (inputs, 2): centres and radii.
+
+        Raises:
+            DomainError: If an output has none there.
+        """
+        if self.grid is not None and not any(t.weight for t in self.grid.outputs):
+            return [self._slopes_of_table(t, inputs) for t in self.grid.outputs]
+        low, high = (np.array(e) for e in zip(*map(ends, inputs), strict=True))
+        enclosures, void = self._boxed.evaluate(boxes(low, high), list(range(len(self.system.outputs))))
+        results = []
+        for enclosure in enclosures:
+            slopes = enclosure.slopes
+            if bool(np.any(void)) or slopes is None or not all(np.all(np.isfinite(s)) for s in slopes):
+                raise DomainError(f"the slopes of system '{self.system.name}' have no bound there")
+            below, above = (np.broadcast_to(s, low.shape)[:, 0] for s in slopes)
+            results.append(forms.interval(below, above))
+        return results
+
+    def _slopes_of_table(self, table: Table, inputs: Sequence[Form]) -> Form:
+        """Return the slopes of a multilinear function over one box, which on each cell are extreme at its corners."""
+        assert self.grid is not None
+        knots = [np.array(k) for k in self.grid.knots]
+        values = np.array(table.value).reshape([len(k) for k in knots])
+        axes = [_cut(k, *(float(e[0]) for e in ends(inputs[i]))) for k, i in zip(knots, self.grid.inputs, strict=True)]
+        points = np.stack([m.reshape(-1) for m in np.meshgrid(*axes, indexing="ij")], -1)
+        heights = _interpolated(values, knots, points).reshape([len(a) for a in axes])
+        results = np.zeros((len(inputs), 2))
+        for axis, i in enumerate(self.grid.inputs):
+            lengths = np.diff(axes[axis])
+            rounding = 64 * 2.0**-53 * np.abs(values).max() / max(float(lengths.min()), 1e-300)
+            steep = np.diff(heights, axis=axis) / lengths.reshape([-1 if k == axis else 1 for k in range(len(axes))])
+            results[i] = forms.interval(np.array(steep.min() - rounding), np.array(steep.max() + rounding))
+        return results
+
     def _by_slopes(self, arguments: Sequence[Form]) -> list[Value]:
         """Return forms by the mean value: the value at the centre, and the slopes over the box."""
         low, high = (np.array(e) for e in zip(*map(ends, arguments), strict=True))
@@ -156,6 +191,19 @@ def _over_slabs(values: Form, knots: Sequence[Form], sides: Sequence[Form]) -> t
         ]
         points = np.stack([m.reshape(-1) for m in np.meshgrid(*axes, indexing="ij")], -1)
     return points, _interpolated(values, knots, points)
+
+
+def _cut(knots: Form, low: float, high: float) -> Form:
+    """Return the ends of the parts of cells that lie in a range; parts that are narrow are widened."""
+    least = 1e-6 * (knots[-1] - knots[0])
+    inner = [k for k in knots if low < k < high]
+    points = [low, *inner, high] if high - low > least else [low - least, *inner, high + least]
+    # Ends just beyond a knot would make parts whose slopes drown in rounding.
+    if len(points) > 2 and points[1] - points[0] < least:
+        points[0] -= least
+    if len(points) > 2 and points[-1] - points[-2] < least:
+        points[-1] += least
+    return np.array(points)
 
 
 def _slabs(x: Form, y: Form, knots: Form) -> tuple[Form, Form, Form]:
