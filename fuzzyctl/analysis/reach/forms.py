@@ -237,12 +237,19 @@ def logarithm(a: Value) -> Value:
     return through(a, np.log, lambda low, high: (-(low**-2.0) * (1.0 + 1e-12), -(high**-2.0) * (1.0 - 1e-12)))
 
 
-def root(a: Value) -> Value:
-    """Return sqrt(a); at 0 the secant with the exact error of a concave function."""
+def root(a: Value, positive: bool = False) -> Value:
+    """Return sqrt(a); at 0 the secant with the exact error of a concave function.
+
+    Args:
+        a: A number or a form.
+        positive: Whether the values are known not to be negative, though the form may reach below 0.
+    """
     if isinstance(a, float):
         return math.sqrt(a)
     low, high = ends(a)
-    if bool(np.any(low < 0.0)):
+    if positive:
+        low = np.maximum(low, 0.0)
+    elif bool(np.any(low < 0.0)):
         raise DomainError(f"the enclosure of the argument of 'sqrt' reaches {float(np.min(low)):.3g}")
     first, last = np.sqrt(low), np.sqrt(high)
     total = first + last

@@ -77,17 +77,21 @@ class ReachableSets:
         columns = [n for names in equations.given for n in names]
         claims = [equations.signals[f"#{k}"] for k in range(count)]
         derivatives: list[Expr] = [s.derivative for s in equations.plant_states]
-        between, self.held = reached(equations, [*derivatives, *claims])
+        # A claim may use functions that are not smooth: the flow has only the equations that the derivatives need.
+        (between, held), (claimed, compared) = reached(equations, derivatives), reached(equations, claims)
+        self.held = list(dict.fromkeys([*held, *compared]))
         shared = [TIME, *plant]
         acting = dict(getattr(equations, "disturbances", {}))
         body = [i for i in equations.body if isinstance(i, Evaluation) or i.name not in acting]
-        between = [i for i in between if isinstance(i, Evaluation) or i.name not in acting]
+        between, claimed = (
+            [i for i in items if isinstance(i, Evaluation) or i.name not in acting] for items in (between, claimed)
+        )
         fixed = [*self.held, *self.free, *(c for c in columns if c not in self.held), *memory, *acting]
         self.spread = [0.5 * (high - low) for low, high, _ in acting.values()]
         self.centres = [0.5 * (high + low) for low, high, _ in acting.values()]
         nodes = Nodes([*shared, *fixed], between, derivatives, tables)
         self.flow = Flow(nodes, len(plant), Slopes(nodes, [*plant, *acting]) if acting else None, self.spread)
-        self.claims = Nodes([*shared, *fixed], between, [], tables)
+        self.claims = Nodes([*shared, *fixed], claimed, [], tables)
         for condition in claims:
             self.claims.ask(condition)
         inputs = [*shared, *memory, *self.free, *columns, *equations.rates, *acting]

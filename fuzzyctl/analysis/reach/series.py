@@ -41,6 +41,8 @@ class _Node:
     kind: str
     parts: tuple[int, ...] = ()
     detail: Any = None
+    #: Whether the formula shows that no value is negative, as that of a sum of squares does.
+    positive: bool = False
 
 
 class Nodes:
@@ -87,8 +89,21 @@ class Nodes:
         key = kind, parts, detail if kind != "system" else id(detail)
         if key not in self._known:
             self._known[key] = len(self.nodes)
-            self.nodes.append(_Node(kind, parts, detail))
+            self.nodes.append(_Node(kind, parts, detail, self._is_positive(kind, parts, detail)))
         return self._known[key]
+
+    def _is_positive(self, kind: str, parts: tuple[int, ...], detail: Any) -> bool:
+        signs = [self.nodes[p].positive for p in parts]
+        match kind:
+            case "number":
+                return bool(detail >= 0.0)
+            case "*":
+                return parts[0] == parts[1] or all(signs)
+            case "+" | "/" | "min":
+                return all(signs)
+            case "max":
+                return any(signs)
+        return kind in ("abs", "sqrt", "exp")
 
     def _of(self, expr: Expr) -> int:
         match expr:
@@ -236,7 +251,7 @@ class Series:
                 self._inverses[at] = forms.inverse(parts[0])
                 return forms.logarithm(parts[0])
             case "sqrt":
-                return forms.root(parts[0])
+                return forms.root(parts[0], self.nodes.nodes[node.parts[0]].positive)
             case "power":
                 return forms.powered(parts[0], node.detail)
             case "abs":
