@@ -18,7 +18,6 @@ from fuzzyctl.analysis.reach.reach import ReachableSets, Step
 from fuzzyctl.analysis.reach.sets import Parallelotope, modes, with_symbols
 from fuzzyctl.analysis.reach.stability import Contraction, contraction
 from fuzzyctl.analysis.verdicts import Proved, Undecided, Verdict
-from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in, to_text
 from fuzzyctl.model.loop import TIME, Always, Loop, Stable
 from fuzzyctl.simulation.expansion import loop_equations
@@ -237,7 +236,8 @@ class LoopProver:
     def _judged(self, claim: _Claim) -> Verdict:
         text = text_of(claim.claim)
         if not claim.open:
-            return Proved(text, note=f"for all members, in {counted(claim.proved, 'box')}")
+            boxes = "1 box" if claim.proved == 1 else f"{claim.proved} boxes"
+            return Proved(text, note=f"for all members, in {boxes}")
         first = min(claim.open, key=lambda o: o[2])
         shown = [self._sides(low, high) for low, high, _, _ in claim.open[:_SHOWN]]
         reason = f"at t = {first[2]:.6g} s {first[3]}"
