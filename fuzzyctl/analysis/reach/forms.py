@@ -341,7 +341,7 @@ def powered(a: Value, exponent: float) -> Value:
             square = times(square, square) if rest else square
         return out
     if exponent == int(exponent):
-        return inverse(powered(a, -exponent))
+        return powered(inverse(a), -exponent)
     _positive(a, "a power")
     factor = exponent * (exponent - 1.0)
 

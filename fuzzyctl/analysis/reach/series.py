@@ -140,7 +140,7 @@ class Nodes:
                 node = self._add("*", (node, base))
             return node
         if exponent == int(exponent) and -16 <= exponent < 0:
-            return self._add("/", (self._add("number", (), 1.0), self._power(base, -exponent)))
+            return self._power(self._add("/", (self._add("number", (), 1.0), base)), -exponent)
         return self._add("power", (base,), exponent)
 
     def _call(self, function: str, parts: tuple[int, ...]) -> int:
@@ -152,7 +152,7 @@ class Nodes:
         if function == "clip":
             return self._add("max", (self._add("min", (parts[0], parts[2])), parts[1]))
         if function == "tan":
-            return self._add("/", (self._add("sin", parts), self._add("cos", parts)))
+            return self._add("/", (self._call("sin", parts), self._call("cos", parts)))
         if function == "divide":
             return self._add("/", parts)
         if function in ("sin", "cos"):  # each has the other one in its recurrence
