@@ -21,6 +21,8 @@ from fuzzyctl.analysis.reach.slopes import Slopes
 ORDER: Final = 4
 #: How often a tube is widened before the step is halved.
 _TRIES: Final = 12
+#: Relative error of times.
+_ROUNDING: Final = 8 * 2.0**-53
 
 
 class NoTubeError(Exception):
@@ -42,6 +44,7 @@ class Flow:
     ) -> None:
         self.nodes, self.states, self.influence, self.spread = nodes, states, influence, np.array(spread)
 
+    @np.errstate(all="ignore")
     def tube(self, time: float, step: float, x: Sequence[Form], constants: Sequence[Value]) -> list[Form]:
         """Return intervals that hold all solutions over a step, by Picard's inclusion.
 
@@ -51,11 +54,11 @@ class Flow:
         fixed = [c if isinstance(c, float) else hulled(c) for c in constants]
         start = [hulled(a) for a in x]
         clock = _clock(time, step)
-        lows, highs = (np.array(e) for e in zip(*map(ends, start), strict=True))
+        lows, highs = _ends(start)
         tube = start
         for attempt in range(_TRIES):
             rates = Series(self.nodes, [clock, *tube, *fixed]).extend()
-            slow, fast = (np.array(e) for e in zip(*(ends(as_form(r)) for r in rates), strict=True))
+            slow, fast = _ends([as_form(r) for r in rates])
             low, high = lows + np.minimum(step * slow, 0.0), highs + np.maximum(step * fast, 0.0)
             if not (np.all(np.isfinite(low)) and np.all(np.isfinite(high))):
                 break
@@ -63,11 +66,12 @@ class Flow:
             if attempt and all(_holds(a, b) for a, b in zip(tube, next_tube, strict=True)):
                 return next_tube
             grown = 0.05 * (high - low) + 1e-12 * (1.0 + np.abs(low) + np.abs(high))
-            old_low, old_high = (np.array(e) for e in zip(*map(ends, tube), strict=True))
+            old_low, old_high = _ends(tube)
             low, high = np.minimum(low - grown, old_low), np.maximum(high + grown, old_high)
             tube = [interval(a, b) for a, b in zip(low, high, strict=True)]
         raise NoTubeError
 
+    @np.errstate(all="ignore")
     def advance(
         self, time: float, step: float, x: Sequence[Form], constants: Sequence[Value]
     ) -> tuple[list[Form], list[Form]]:
@@ -88,9 +92,11 @@ class Flow:
         tube = self.tube(time, step, x, self._disturbed(constants))
         apart = self._deviation(time, step, tube, constants)
         polynomial: list[list[Value]]
+        begin = np.array([[time, _ROUNDING * abs(time)]])
         try:
-            rest = self._coefficients(_clock(time, step), tube, [_flat(c) for c in constants], ORDER + 1)[-1]
-            polynomial = self._coefficients(time, x, constants, ORDER)
+            whole = Series(self.nodes, [_clock(time, step), *tube, *(_flat(c) for c in constants)])
+            rest = self._coefficients(whole, tube, ORDER + 1)[-1]
+            polynomial = self._coefficients(Series(self.nodes, [begin, *x, *constants], whole), x, ORDER)
         except NotSmoothError:
             rest = self._over_tube(time, step, x, tube, constants)
             polynomial = [list(x)]
@@ -99,6 +105,8 @@ class Flow:
         if apart is not None:
             for row, width in zip((*end, *over), (*apart, *apart), strict=True):
                 row[..., 1] += width
+        if not all(np.all(np.isfinite(row)) for row in (*end, *over)):
+            raise NoTubeError
         return end, over
 
     def _disturbed(self, constants: Sequence[Value]) -> list[Value]:
@@ -131,11 +139,11 @@ class Flow:
         if float(growth.sum(1).max(initial=0.0)) * step > 1.0:
             raise NoTubeError
         term = np.einsum("ijb,j->ib", largest[:, n:], self.spread) * step
-        total = term
+        first = total = term
         for k in range(2, 20):
             term = np.einsum("ijb,jb->ib", growth, term) * (step / k)
             total = total + term
-        return np.asarray(total * (1.0 + 1e-12) + 1e-300)
+        return np.asarray(total * (1.0 + 1e-12) + 1e-17 * first.max() + 1e-300)
 
     def _over_tube(
         self, time: float, step: float, x: Sequence[Form], tube: Sequence[Form], constants: Sequence[Value]
@@ -148,17 +156,14 @@ class Flow:
             moved.append(plus(a, interval(np.minimum(step * low, 0.0), np.maximum(step * high, 0.0))))
         return Series(self.nodes, [_clock(time, step), *moved, *constants]).extend()
 
-    def _coefficients(
-        self, time: Value, x: Sequence[Value], constants: Sequence[Value], order: int
-    ) -> list[list[Value]]:
+    def _coefficients(self, series: Series, x: Sequence[Value], order: int) -> list[list[Value]]:
         """Return the Taylor coefficients of the states from order 0 on."""
-        series = Series(self.nodes, [time, *x, *constants])
         results: list[list[Value]] = [list(x)]
-        idle = [0.0] * len(constants)
+        idle = [0.0] * (len(series.nodes.inputs) - 1 - len(x))
         following: list[Value] | None = None
         for k in range(order):
             rates = series.extend(following)
-            results.append([scaled(r, 1.0 / (k + 1)) for r in rates])
+            results.append([forms.divided(r, k + 1) for r in rates])
             following = [1.0 if k == 0 else 0.0, *results[-1], *idle]
         return results
 
@@ -173,8 +178,16 @@ def _flat(a: Value) -> Value:
 
 
 def _clock(time: float, step: float) -> Form:
-    """Return the times of a step, without its end: a signal that jumps there has not jumped yet."""
-    return interval(np.array([time]), np.array([np.nextafter(time + step * (1.0 - 1e-9), time)]))
+    """Return the times of a step; of a signal that jumps at an end see `Series`."""
+    return interval(np.array([time]), np.array([time + step]))
+
+
+def _ends(rows: Sequence[Form]) -> tuple[Form, Form]:
+    """Return the ends of some values, shape (values, boxes)."""
+    pairs = [ends(r) for r in rows]
+    boxes = max((len(low) for low, _ in pairs), default=1)
+    low, high = (np.array([np.broadcast_to(e, boxes) for e in side]) for side in zip(*pairs, strict=True))
+    return low, high
 
 
 def _holds(a: Form, b: Form) -> bool:

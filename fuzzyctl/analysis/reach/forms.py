@@ -2,7 +2,7 @@
 
 A form is an array whose last axis holds the centre c, the radius r of an error of its own, and a coefficient for each
 symbol: the set of c + r e + g1 e1 + ... + gp ep for all e in [-1, 1]. Forms with the same symbols are correlated. An
-interval is a form without symbols. Numbers are constants.
+interval is a form without symbols. Numbers are exact constants: operations on them that round return intervals.
 
 Source:
     Stolfi, de Figueiredo: Self-validated numerical methods and applications, 1997 (affine arithmetic).
@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any, Final
 
 import numpy as np
@@ -33,6 +34,29 @@ _TINY: Final = 1e-300
 
 class DomainError(Exception):
     """Raised if a set reaches beyond the domain of a function."""
+
+
+def near(value: float, relative: float = _SUM) -> Value:
+    """Return an interval around a number that rounding has changed."""
+    if not math.isfinite(value):
+        raise DomainError("a constant of the loop is not a finite number")
+    return np.array([[value, relative * abs(value) + _TINY]])
+
+
+def rounded(exact: Fraction) -> Value:
+    """Return a rational number."""
+    return float(exact) if Fraction(float(exact)) == exact else near(float(exact))
+
+
+def _is_power_of_two(a: float) -> bool:
+    return abs(math.frexp(a)[0]) == 0.5 and 1e-30 < abs(a) < 1e30
+
+
+def _number_product(a: float, b: float) -> Value:
+    product = a * b
+    if not math.isfinite(product) or a in (0.0, 1.0, -1.0) or b in (0.0, 1.0, -1.0):
+        return product
+    return product if Fraction(a) * Fraction(b) == Fraction(product) else near(product)
 
 
 def radius(a: Form) -> Form:
@@ -84,7 +108,10 @@ def plus(a: Value, b: Value) -> Value:
     """Return a + b."""
     if isinstance(a, float):
         if isinstance(b, float):
-            return a + b
+            total = a + b
+            if not math.isfinite(total) or Fraction(a) + Fraction(b) == Fraction(total):
+                return total
+            return near(total)
         a, b = b, a
     assert not isinstance(a, float)
     if isinstance(b, float):
@@ -92,7 +119,7 @@ def plus(a: Value, b: Value) -> Value:
             return a
         out = a.copy()
         out[..., 0] += b
-        return padded(out, np.abs(out[..., 0]))
+        return padded(out, _size(out))
     if a.shape[-1] != b.shape[-1]:
         a, b = aligned(a, b)
     out = a + b
@@ -119,10 +146,15 @@ def minus(a: Value, b: Value) -> Value:
 def scaled(a: Value, factor: float) -> Value:
     """Return a times a number."""
     if isinstance(a, float):
-        return a * factor
+        return _number_product(a, factor)
     out = a * factor
     out[..., 1] = np.abs(out[..., 1])
     return padded(out, _size(out))
+
+
+def divided(a: Value, count: int) -> Value:
+    """Return a by a whole number."""
+    return rounded(Fraction(a) / count) if isinstance(a, float) else scaled(a, 1.0 / count)
 
 
 def times(a: Value, b: Value) -> Value:
@@ -131,6 +163,8 @@ def times(a: Value, b: Value) -> Value:
         return scaled(a, b)
     if isinstance(a, float):
         return scaled(b, a)
+    if a.shape[-1] == 2 or b.shape[-1] == 2:
+        return _times_interval(a, b) if b.shape[-1] == 2 else _times_interval(b, a)
     if a.shape[-1] != b.shape[-1]:
         a, b = aligned(a, b)
     ca, cb = a[..., :1], b[..., :1]
@@ -141,6 +175,15 @@ def times(a: Value, b: Value) -> Value:
     out[..., 0] = a[..., 0] * b[..., 0] + 0.5 * both.sum(-1)
     out[..., 1] = size_a * b[..., 1] + size_b * a[..., 1] + np.maximum(ra * rb - 0.5 * np.abs(both).sum(-1), 0.0)
     return padded(out, (size_a + ra) * (size_b + rb), _PRODUCT * (1 + a.shape[-1]))
+
+
+def _times_interval(a: Form, b: Form) -> Form:
+    """Return the product of a form and an interval."""
+    c, r = b[..., :1], b[..., 1]
+    out = np.asarray(a * c)
+    size = _size(a)
+    out[..., 1] = np.abs(out[..., 1]) + r * size * (1.0 + _SUM * a.shape[-1])
+    return padded(out, size * (np.abs(b[..., 0]) + r), _PRODUCT)
 
 
 def on_line(a: Form, slope: Any, offset: Any, error: Any) -> Form:
@@ -184,9 +227,11 @@ def _holds(low: Form, high: Form, first: float, period: float) -> Mask:
     return np.asarray(np.floor((high + slack - first) / period) > np.floor((low - slack - first) / period))
 
 
-def _sine_range(low: Form, high: Form) -> tuple[Form, Form]:
-    a, b = np.sin(low), np.sin(high)
-    top, bottom = _holds(low, high, math.pi / 2, 2 * math.pi), _holds(low, high, -math.pi / 2, 2 * math.pi)
+def _sine_range(low: Form, high: Form, shift: float) -> tuple[Form, Form]:
+    """Return the ends of sin(x + shift)."""
+    a, b = (np.cos(low), np.cos(high)) if shift else (np.sin(low), np.sin(high))
+    top = _holds(low, high, math.pi / 2 - shift, 2 * math.pi)
+    bottom = _holds(low, high, -math.pi / 2 - shift, 2 * math.pi)
     wide = ~((high - low) < 6.0)
     least = np.where(bottom | wide, -1.0, np.minimum(a, b) - 1e-15)
     most = np.where(top | wide, 1.0, np.maximum(a, b) + 1e-15)
@@ -196,16 +241,18 @@ def _sine_range(low: Form, high: Form) -> tuple[Form, Form]:
 def sine(a: Value, shift: float = 0.0) -> Value:
     """Return sin(a + shift), shift 0, or pi/2 for the cosine."""
     if isinstance(a, float):
-        return math.cos(a) if shift else math.sin(a)
+        if a == 0.0:
+            return 1.0 if shift else 0.0
+        return near(math.cos(a) if shift else math.sin(a), _LIBRARY)
     function = np.cos if shift else np.sin
 
     def curvature(low: Form, high: Form) -> tuple[Form, Form]:
-        least, most = _sine_range(low + shift, high + shift)
+        least, most = _sine_range(low, high, shift)
         return -most, -least
 
     low, high = ends(a)
     if float(np.max(high - low)) > math.pi / 2:  # the secant is worse than the range
-        return narrower(through(a, function, curvature), interval(*_sine_range(low + shift, high + shift)))
+        return narrower(through(a, function, curvature), interval(*_sine_range(low, high, shift)))
     return through(a, function, curvature)
 
 
@@ -218,7 +265,7 @@ def narrower(a: Form, b: Form) -> Form:
 def exponential(a: Value) -> Value:
     """Return exp(a)."""
     if isinstance(a, float):
-        return math.exp(a)
+        return 1.0 if a == 0.0 else near(math.exp(a) if a < 709.0 else math.inf, _LIBRARY)
     return through(a, np.exp, lambda low, high: (np.exp(low) * (1.0 - 1e-12), np.exp(high) * (1.0 + 1e-12)))
 
 
@@ -232,7 +279,9 @@ def _positive(a: Form, what: str) -> Form:
 def logarithm(a: Value) -> Value:
     """Return log(a)."""
     if isinstance(a, float):
-        return math.log(a)
+        if a <= 0.0:
+            raise DomainError(f"the argument of 'log' is {a:.3g}")
+        return 0.0 if a == 1.0 else near(math.log(a), _LIBRARY)
     _positive(a, "'log'")
     return through(a, np.log, lambda low, high: (-(low**-2.0) * (1.0 + 1e-12), -(high**-2.0) * (1.0 - 1e-12)))
 
@@ -245,7 +294,9 @@ def root(a: Value, positive: bool = False) -> Value:
         positive: Whether the values are known not to be negative, though the form may reach below 0.
     """
     if isinstance(a, float):
-        return math.sqrt(a)
+        if a < 0.0:
+            raise DomainError(f"the argument of 'sqrt' is {a:.3g}")
+        return math.sqrt(a) if Fraction(math.sqrt(a)) ** 2 == Fraction(a) else near(math.sqrt(a))
     low, high = ends(a)
     if positive:
         low = np.maximum(low, 0.0)
@@ -265,7 +316,7 @@ def inverse(a: Value) -> Value:
     if isinstance(a, float):
         if a == 0.0:
             raise DomainError("a division by 0")
-        return 1.0 / a
+        return 1.0 / a if _is_power_of_two(a) else near(1.0 / a)
     low, high = ends(a)
     if bool(np.any((low <= 0.0) & (high >= 0.0))):
         raise DomainError(
@@ -283,7 +334,10 @@ def inverse(a: Value) -> Value:
 def powered(a: Value, exponent: float) -> Value:
     """Return a to the power of a number; a whole exponent takes products."""
     if isinstance(a, float):
-        return float(a**exponent)
+        try:
+            return near(float(a**exponent), _LIBRARY)
+        except (ArithmeticError, TypeError):  # a complex number for a negative one
+            raise DomainError(f"{a:.3g} to the power of {exponent:.3g} is no finite number") from None
     if exponent == int(exponent) and 0 <= exponent <= 64:
         power, base, rest = 1.0, a, int(exponent)
         out: Value = power
@@ -294,7 +348,7 @@ def powered(a: Value, exponent: float) -> Value:
             square = times(square, square) if rest else square
         return out
     if exponent == int(exponent):
-        return inverse(powered(a, -exponent))
+        return powered(inverse(a), -exponent)
     _positive(a, "a power")
     factor = exponent * (exponent - 1.0)
 

@@ -15,12 +15,14 @@ from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
 from fuzzyctl.analysis.reach.reach import ReachableSets, Step
-from fuzzyctl.analysis.reach.sets import Parallelotope, modes, with_symbols
+from fuzzyctl.analysis.reach.sets import Parallelotope, modes
 from fuzzyctl.analysis.reach.stability import Contraction, contraction
 from fuzzyctl.analysis.verdicts import Proved, Undecided, Verdict
 from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in, to_text
 from fuzzyctl.model.loop import TIME, Always, Loop, Stable
+from fuzzyctl.simulation.equations import PlantState
 from fuzzyctl.simulation.expansion import loop_equations
+from fuzzyctl.simulation.sample_times import ALIGNED, sample_times
 
 #: Most boxes that a family is cut into, and boxes that are enclosed at once.
 MOST_BOXES: Final = 600
@@ -28,7 +30,7 @@ _TOGETHER: Final = 8
 #: Boxes of which a verdict shows the ends.
 _SHOWN: Final = 3
 #: Numbers of periods at which a set is replaced by a parallelotope that later sets may lie in.
-_ANCHORS: Final = tuple(round(400 * 1.6**k) for k in range(20))
+_ANCHORS: Final = frozenset(round(100 * 1.6**k) for k in range(24))
 
 #: Numbers of periods at which it is tried whether a set contracts.
 _LOOKS: Final = frozenset(round(30 * 1.5**k) for k in range(30))
@@ -59,10 +61,9 @@ class _Claim:
 
     def speaks_of(self, step: Step) -> bool:
         """Whether a step has an instant that the claim is about."""
-        slack = 1e-9 * (step.length or 1.0)
-        return (step.time + step.length > self.begin + slack and step.time <= self.end + slack) or (
-            step.length == 0.0 and self.begin - 1e-9 <= step.time <= self.end + 1e-9
-        )
+        slack = 1e-9 * step.length if step.length else 1e-9 * (1.0 + step.time)
+        ends = step.time + step.length > self.begin + slack if step.length else step.time >= self.begin - slack
+        return ends and step.time <= self.end + slack
 
 
 class LoopProver:
@@ -95,9 +96,9 @@ class LoopProver:
         params = [d.name for d in self.dimensions if not d.state]
         number = self.loop.number
         conditions = [loosened(c.claim, 0.0 if c.within is None else number(c.within)) for c in claims]
-        loop = (
-            self.loop if math.isinf(end) else replace(self.loop, duration=Number(min(end, number(self.loop.duration))))
-        )
+        # Up to the sample at the end, or behind it.
+        last = min(end + sample_times(self.loop)[0], number(self.loop.duration))
+        loop = self.loop if math.isinf(end) else replace(self.loop, duration=Number(last))
         equations = loop_equations(loop, conditions, params)
         given = np.zeros((equations.samples, 0))
         if equations.given:
@@ -209,9 +210,9 @@ class LoopProver:
             if math.isfinite(state.low) or math.isfinite(state.high):
                 low, high = ends(form)
                 text = f"state '{state.name}' may leave its range: it lies in [{low.min():.4g}, {high.max():.4g}]"
-                left.append((text, np.broadcast_to((low < state.low) | (high > state.high), count)))
+                left.append((text, np.broadcast_to(~_within(state, low, high), count)))
         for k, claim in enumerate(claims):
-            if step.time > claim.end:
+            if step.time > claim.end + ALIGNED * sets.equations.step:
                 continue
             checks = list(left)
             if claim.speaks_of(step):
@@ -258,7 +259,7 @@ class LoopProver:
         asked = _Claim(claim, begin, math.inf)
         params = sum(not d.state for d in self.dimensions)
         plant, memory, free = self._begin(sets, low, high)
-        anchor = [] if begin else [Parallelotope(with_symbols([*plant, *memory]), params, None)]
+        anchor: list[Parallelotope] = []
         previous: list[list[Form]] = []
         invariant = [-1]
         rate = math.lcm(*sets.equations.rates.values(), 1)
@@ -345,6 +346,12 @@ def _changes(sets: ReachableSets) -> str:
     if sets.equations.given or any(n.name == TIME for e in sets.expressions for n in names_in(e)):
         return "the loop depends on the time, so that no set of its states says what comes after it"
     return ""
+
+
+def _within(state: PlantState, low: Form, high: Form) -> Mask:
+    """Return whether all values of a state surely lie in its range."""
+    above = low > state.low if state.without_low else low >= state.low
+    return above & (high < state.high if state.without_high else high <= state.high)
 
 
 def halves(low: Form, high: Form, side: int) -> list[tuple[Form, Form]]:

@@ -10,9 +10,9 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.reach.flow import Flow, NoTubeError
-from fuzzyctl.analysis.reach.forms import Form, Mask, Value, as_form
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, Value, as_form, padded
 from fuzzyctl.analysis.reach.series import Nodes, Series
-from fuzzyctl.analysis.reach.sets import modes, reduced, with_symbols
+from fuzzyctl.analysis.reach.sets import is_long, modes, reduced, with_symbols
 from fuzzyctl.analysis.reach.slopes import Slopes
 from fuzzyctl.analysis.reach.surfaces import SystemSurface
 from fuzzyctl.expr import Expr, Name
@@ -57,6 +57,12 @@ class ReachableSets:
     """
 
     def __init__(self, equations: LoopEquations, count: int, given: Form) -> None:
+        if equations.delays:
+            raise DomainError("the loop has dead times, whose past is not part of its states")
+        if equations.externals:
+            raise DomainError(f"the equations of block '{equations.externals[0].block}' are not known")
+        if np.isnan(given).any():
+            raise DomainError("a column that is given has missing values")
         self.equations, self.given = equations, given
         #: All expressions of the loop.
         self.expressions = [
@@ -87,7 +93,7 @@ class ReachableSets:
             [i for i in items if isinstance(i, Evaluation) or i.name not in acting] for items in (between, claimed)
         )
         fixed = [*self.held, *self.free, *(c for c in columns if c not in self.held), *memory, *acting]
-        self.spread = [0.5 * (high - low) for low, high, _ in acting.values()]
+        self.spread = [0.5 * (high - low) + 1e-15 * (abs(low) + abs(high)) for low, high, _ in acting.values()]
         self.centres = [0.5 * (high + low) for low, high, _ in acting.values()]
         nodes = Nodes([*shared, *fixed], between, derivatives, tables)
         self.flow = Flow(nodes, len(plant), Slopes(nodes, [*plant, *acting]) if acting else None, self.spread)
@@ -158,7 +164,8 @@ class ReachableSets:
             boxes = max(a.shape[0] for a in (*x, *m))
             m = [np.broadcast_to(u, (boxes, u.shape[-1])) for u in map(as_form, updates)]
             rows = with_symbols([*x, *m])
-            rows = reduced(rows, kept, modes(before, rows) if before else None)
+            if is_long(rows, kept):
+                rows = reduced(rows, kept, modes(before, rows) if before else None)
             before = rows
             if periods is not None:
                 changed = periods(k + 1, rows)
@@ -171,5 +178,5 @@ class ReachableSets:
 def _over(begin: float, length: float, width: int) -> Form:
     """Return the times of a step; the last symbol is the time."""
     time = np.zeros((1, width))
-    time[0, 0], time[0, -1] = begin + 0.5 * length, 0.5 * length * (1.0 - 1e-9)
-    return time
+    time[0, 0], time[0, -1] = begin + 0.5 * length, 0.5 * length
+    return padded(time, begin + length)

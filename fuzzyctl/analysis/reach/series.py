@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, Final
 
 import numpy as np
@@ -23,10 +24,13 @@ from fuzzyctl.kernels.interval import vector
 from fuzzyctl.kernels.interval.vector import Enclosure
 from fuzzyctl.kernels.plan.equations import Equation, Evaluation
 from fuzzyctl.kernels.program.builder import LAST_ENTRY
+from fuzzyctl.model.loop import TIME
+from fuzzyctl.simulation.signals import SAME
 
 #: A table of a system: returns its outputs for the values of its inputs.
 Table = Callable[[Sequence[Value]], list[Value]]
-
+#: Of boxes where a condition surely holds, and where it surely does not.
+Truths = tuple[Mask, Mask]
 
 #: Functions that jump.
 STEPS: Final = frozenset({LAST_ENTRY, "sign", "floor", "ceil", "round", "mod", "fmod", "atan2"})
@@ -65,6 +69,8 @@ class Nodes:
         self.nodes: list[_Node] = []
         self.names: dict[str, int] = {}
         self._known: dict[Any, int] = {}
+        #: Positions of the nodes that depend on the time only.
+        self.timed: set[int] = set()
         for name in inputs:
             self.names[name] = self._add("input", (), name)
         self.inputs = [self.names[n] for n in inputs]
@@ -88,9 +94,18 @@ class Nodes:
     def _add(self, kind: str, parts: tuple[int, ...] = (), detail: Any = None) -> int:
         key = kind, parts, detail if kind != "system" else id(detail)
         if key not in self._known:
-            self._known[key] = len(self.nodes)
-            self.nodes.append(_Node(kind, parts, detail, self._is_positive(kind, parts, detail)))
+            self._known[key] = self._new(kind, parts, detail)
         return self._known[key]
+
+    def _new(self, kind: str, parts: tuple[int, ...], detail: Any) -> int:
+        at = len(self.nodes)
+        self.nodes.append(_Node(kind, parts, detail, self._is_positive(kind, parts, detail)))
+        of_time = any(p in self.timed for p in parts)
+        if (kind == "input" and detail == TIME) or (
+            of_time and all(p in self.timed or self.nodes[p].kind == "number" for p in parts)
+        ):
+            self.timed.add(at)
+        return at
 
     def _is_positive(self, kind: str, parts: tuple[int, ...], detail: Any) -> bool:
         signs = [self.nodes[p].positive for p in parts]
@@ -123,8 +138,6 @@ class Nodes:
                     return self._power(self._of(left), float(power.detail))
                 exponent = self._add("*", (self._of(right), self._add("log", (self._of(left),))))
                 return self._add("exp", (exponent,))
-            case Binary(op="/", left=left, right=Number(value=value)) if value:
-                return self._add("*", (self._of(left), self._add("number", (), 1.0 / value)))
             case Binary(op=op, left=left, right=right):
                 return self._add(op, (self._of(left), self._of(right)))
             case Where(condition=condition, then=then, otherwise=otherwise):
@@ -142,7 +155,7 @@ class Nodes:
                 node = self._add("*", (node, base))
             return node
         if exponent == int(exponent) and -16 <= exponent < 0:
-            return self._add("/", (self._add("number", (), 1.0), self._power(base, -exponent)))
+            return self._power(self._add("/", (self._add("number", (), 1.0), base)), -exponent)
         return self._add("power", (base,), exponent)
 
     def _call(self, function: str, parts: tuple[int, ...]) -> int:
@@ -154,15 +167,15 @@ class Nodes:
         if function == "clip":
             return self._add("max", (self._add("min", (parts[0], parts[2])), parts[1]))
         if function == "tan":
-            return self._add("/", (self._add("sin", parts), self._add("cos", parts)))
+            return self._add("/", (self._call("sin", parts), self._call("cos", parts)))
         if function == "divide":
             return self._add("/", parts)
         if function in ("sin", "cos"):  # each has the other one in its recurrence
             pair = {"sin": len(self.nodes), "cos": len(self.nodes) + 1}
             if ("sin", parts, None) not in self._known:
                 self._known |= {(name, parts, None): at for name, at in pair.items()}
-                self.nodes.append(_Node("sin", parts, pair["cos"]))
-                self.nodes.append(_Node("cos", parts, pair["sin"]))
+                self._new("sin", parts, pair["cos"])
+                self._new("cos", parts, pair["sin"])
             return self._known[function, parts, None]
         return self._add(function, parts)
 
@@ -178,20 +191,24 @@ class Nodes:
 class Series:
     """Coefficients of all nodes for given inputs, computed order by order.
 
+    A jump or a kink of a signal beside an end of a range of times is at this end, see `signals.SAME`.
+
     Args:
         nodes: The nodes.
         values: Coefficients of order 0 of the inputs.
+        whole: The series over a set that holds this one, and whose choices are taken where they are sure.
     """
 
-    def __init__(self, nodes: Nodes, values: Sequence[Value]) -> None:
-        self.nodes = nodes
+    def __init__(self, nodes: Nodes, values: Sequence[Value], whole: Series | None = None) -> None:
+        self.nodes, self.whole = nodes, whole
         self.coefficients: list[list[Any]] = [[] for _ in nodes.nodes]
         #: Of a choice, where it is surely the first, and where surely the second.
-        self.choices: dict[int, tuple[Mask, Mask]] = {}
+        self.choices: dict[int, Truths] = {}
         self._inverses: dict[int, Value] = {}
         for at, value in zip(nodes.inputs, values, strict=True):
             self.coefficients[at].append(value)
 
+    @np.errstate(all="ignore")
     def extend(self, inputs: Sequence[Value] | None = None) -> list[Value]:
         """Compute the next order of all nodes and return those of the wanted values.
 
@@ -223,7 +240,7 @@ class Series:
                 return True
         return False
 
-    def truths(self) -> list[tuple[Mask, Mask]]:
+    def truths(self) -> list[Truths]:
         """Return of each condition where it surely holds, and where it surely does not; after order 0."""
         return [self.coefficients[at][0] for at in self.nodes.conditions]
 
@@ -255,7 +272,7 @@ class Series:
             case "power":
                 return forms.powered(parts[0], node.detail)
             case "abs":
-                self.choices[at] = _signs(parts[0])
+                self.choices[at] = self._sure(at, _signs(self._inner(node, parts[0])))
                 return minus(scaled(forms.ramp(parts[0]), 2.0), parts[0])
             case "min" | "max":
                 open_end = next((k for k in (0, 1) if isinstance(parts[k], float) and math.isinf(parts[k])), None)
@@ -266,11 +283,13 @@ class Series:
                     self.choices[at] = (sure, ~sure) if first else (~sure, sure)
                     return parts[0] if first else parts[1]
                 difference = minus(parts[0], parts[1]) if node.kind == "max" else minus(parts[1], parts[0])
-                self.choices[at] = _signs(difference)
+                self.choices[at] = self._sure(at, _signs(self._inner(node, difference)))
                 join = forms.larger if node.kind == "max" else forms.smaller
                 return join(parts[0], parts[1])
             case "compare":
-                return _compared(node.detail, *(self.coefficients[p][0] for p in node.parts))
+                a, b = (self.coefficients[p][0] for p in node.parts)
+                own = _compared(node.detail, a, b, lambda difference: self._inner(node, difference))
+                return _taken(own, self.whole.coefficients[at][0] if self.whole else None)
             case "logic":
                 return _joined(node.detail, [self.coefficients[p][0] for p in node.parts])
             case "where":
@@ -281,12 +300,30 @@ class Series:
                 return node.detail(parts)
             case "output":
                 return self.coefficients[node.parts[0]][0][node.detail]
-        return _last_entry(parts) if node.kind == LAST_ENTRY else _hull(node.kind, parts)
+        if node.kind == LAST_ENTRY:
+            whole = self.whole.coefficients[at][0] if self.whole else None
+            return whole if isinstance(whole, float) else _last_entry([self._inner(node, parts[0]), *parts[1:]])
+        return _hull(node.kind, parts)
+
+    def _sure(self, at: int, own: Truths) -> Truths:
+        return _taken(own, self.whole.choices[at] if self.whole else None)
+
+    def _inner(self, node: _Node, value: Value) -> Value:
+        """Return a range without what lies beside its ends, if it depends on the time only."""
+        if isinstance(value, float) or not all(p in self.nodes.timed or self._is_number(p) for p in node.parts):
+            return value
+        low, high = ends(value)
+        middle, half = 0.5 * (low + high), 0.5 * (high - low) * (1.0 - 2.0 * SAME)
+        return np.stack([middle, half], -1)
+
+    def _is_number(self, at: int) -> bool:
+        return self.nodes.nodes[at].kind == "number"
 
     def _next(self, at: int, node: _Node, k: int) -> Any:
         table = self.coefficients
         if node.kind in ("number", "compare", "logic", "system"):
-            if node.kind == "system" and any(not _is_zero(table[p][k]) for p in node.parts):
+            is_open = node.kind == "system" or (node.kind == "compare" and not _decided(table[at][0]))
+            if is_open and any(not _is_zero(table[p][k]) for p in node.parts):
                 raise NotSmoothError
             return 0.0
         parts = [table[p] for p in node.parts]
@@ -306,16 +343,16 @@ class Series:
                 return times(rest, self._inverses[at])
             case "sin":
                 slopes = [scaled(parts[0][j], float(j)) for j in range(k + 1)]
-                cosine = scaled(_convolved(slopes, table[at], range(1, k + 1), k), -1.0 / k)
-                sine = scaled(_convolved(slopes, table[node.detail], range(1, k + 1), k), 1.0 / k)
+                cosine = negative(forms.divided(_convolved(slopes, table[at], range(1, k + 1), k), k))
+                sine = forms.divided(_convolved(slopes, table[node.detail], range(1, k + 1), k), k)
                 table[node.detail].append(cosine)
                 return sine
             case "exp":
                 slopes = [scaled(parts[0][j], float(j)) for j in range(k + 1)]
-                return scaled(_convolved(slopes, table[at], range(1, k + 1), k), 1.0 / k)
+                return forms.divided(_convolved(slopes, table[at], range(1, k + 1), k), k)
             case "log":
                 slopes = [scaled(table[at][j], float(j)) for j in range(k)]
-                rest = scaled(_convolved(slopes, parts[0], range(1, k), k), 1.0 / k)
+                rest = forms.divided(_convolved(slopes, parts[0], range(1, k), k), k)
                 return times(minus(parts[0][k], rest), self._inverses[at])
             case "sqrt" | "power":
                 if all(_is_zero(parts[0][j]) for j in range(1, k + 1)):
@@ -324,7 +361,8 @@ class Series:
                 total: Value = 0.0
                 for j in range(1, k + 1):
                     if not _is_zero(parts[0][j]):
-                        total = plus(total, scaled(times(parts[0][j], table[at][k - j]), (b * j - (k - j)) / k))
+                        factor = forms.rounded((Fraction(b) * j - (k - j)) / k)
+                        total = plus(total, times(times(parts[0][j], table[at][k - j]), factor))
                 if at not in self._inverses:
                     self._inverses[at] = forms.inverse(parts[0][0])
                 return times(total, self._inverses[at])
@@ -340,7 +378,7 @@ class Series:
 
     def _picked(self, at: int, a: Value, b: Value) -> Value:
         yes, no = self.choices[at]
-        if not bool(np.all(yes | no)) and not (_is_zero(a) and _is_zero(b)):
+        if not _decided((yes, no)) and not (_is_zero(a) and _is_zero(b)):
             raise NotSmoothError
         return forms.chosen(yes, no, a, b)
 
@@ -358,23 +396,36 @@ def _convolved(a: Sequence[Value], b: Sequence[Value], indices: range, k: int) -
     return total
 
 
-def _signs(a: Value) -> tuple[Mask, Mask]:
+def _decided(truths: Truths) -> bool:
+    return bool(np.all(truths[0] | truths[1]))
+
+
+def _taken(own: Truths, whole: Truths | None) -> Truths:
+    """Return own truths, or those over a set that holds the own one where they are sure: a limit lies on its side."""
+    if whole is None:
+        return own
+    yes, no = whole
+    return yes | (own[0] & ~no), no & ~yes | (own[1] & ~yes)
+
+
+def _signs(a: Value) -> Truths:
     low, high = ends(a)
     return low >= 0.0, high <= 0.0
 
 
-def _compared(op: str, a: Value, b: Value) -> tuple[Mask, Mask]:
+def _compared(op: str, a: Value, b: Value, inner: Callable[[Value], Value]) -> Truths:
     """Return where a comparison surely holds, and where it surely does not."""
     if a is b and op in ("!=", "=="):
         certain = np.array([True])
         return (certain, ~certain) if op == "==" else (~certain, certain)
-    low, high = ends(minus(a, b)) if not (isinstance(a, float) and isinstance(b, float)) else (np.array([a - b]),) * 2
+    is_number = isinstance(a, float) and isinstance(b, float)
+    low, high = (np.array([a - b]),) * 2 if is_number else ends(inner(minus(a, b)))
     zero = np.zeros_like(low)
     difference, nothing = Enclosure(low, high, None, zero), Enclosure(zero, zero, None, zero)
     return vector.compared(op, difference, nothing)
 
 
-def _joined(op: str, truths: Sequence[tuple[Mask, Mask]]) -> tuple[Mask, Mask]:
+def _joined(op: str, truths: Sequence[Truths]) -> Truths:
     yes, no = truths[0]
     if op == "not":
         return no, yes
@@ -383,7 +434,7 @@ def _joined(op: str, truths: Sequence[tuple[Mask, Mask]]) -> tuple[Mask, Mask]:
     return yes, no
 
 
-def _without_nan(condition: tuple[Mask, Mask], then: Value, otherwise: Value) -> Value:
+def _without_nan(condition: Truths, then: Value, otherwise: Value) -> Value:
     """Return a choice; a value that is not a number is not taken by a run of finite numbers."""
     yes, no = condition
     for value, sure in ((then, no), (otherwise, yes)):

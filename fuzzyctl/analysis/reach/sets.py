@@ -33,6 +33,11 @@ def with_symbols(rows: Sequence[Form]) -> list[Form]:
     return list(np.concatenate([stacked, new[..., used]], -1))
 
 
+def is_long(rows: Sequence[Form], kept: int) -> bool:
+    """Return whether signals have so many symbols that they are reduced."""
+    return max(r.shape[-1] for r in rows) - 2 - kept > MOST * len(rows)
+
+
 def reduced(rows: Sequence[Form], kept: int, motion: tuple[Form, Form] | None = None) -> list[Form]:
     """Return signals with fewer symbols that hold the same values and more.
 
@@ -43,7 +48,7 @@ def reduced(rows: Sequence[Form], kept: int, motion: tuple[Form, Form] | None = 
     """
     count = len(rows)
     stacked = np.stack(rows)
-    if stacked.shape[-1] - 2 - kept <= MOST * count:
+    if not is_long(rows, kept):
         return list(rows)
     head, tail = stacked[..., : 2 + kept], stacked[..., 2 + kept :]
     left = LEFT * count
@@ -120,7 +125,8 @@ class Parallelotope:
             inverse = np.linalg.inv(self.columns)
         except np.linalg.LinAlgError:
             return False
-        wrong = np.abs(np.eye(len(rows)) - inverse @ self.columns).sum(1).max() + 1e-14 * len(rows)
+        rounding = 1e-15 * len(rows) * (np.abs(inverse) @ np.abs(self.columns) + 1.0)
+        wrong = (np.abs(np.eye(len(rows)) - inverse @ self.columns) + rounding).sum(1).max()
         inside = np.abs(inverse @ apart).sum(1) + np.abs(inverse) @ (stacked[:, 1] + 1e-14 * np.abs(apart).sum(1))
         rounding = 1e-14 * len(rows) * (np.abs(inverse) @ np.abs(apart).sum(1))
         return bool(np.all((inside + rounding) * (1.0 + 1e-12) <= 1.0 - wrong))
@@ -148,6 +154,6 @@ def _boxed(g: Form, scale: Form, motion: tuple[Form, Form] | None) -> tuple[Form
         rest = np.abs(sized - basis @ inside).sum(1) + 1e-15 * len(g) * (np.abs(basis) @ lengths)
         size = sum(float((np.abs(a @ basis) @ lengths).sum()) for a in ahead) + float(rest.sum())
         if np.isfinite(size) and (best is None or size < best[0]):
-            best = size, basis * lengths * (1.0 + 1e-14), rest
+            best = size, basis * lengths * (1.0 + 1e-15 * (10 + sized.shape[1])), rest
     assert best is not None
     return best[1] * scale[:, None], best[2] * scale * (1.0 + 1e-14)

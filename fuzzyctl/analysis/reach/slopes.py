@@ -96,9 +96,9 @@ class Slopes:
 
     def _picked(self, series: Series, at: int, first: Form, second: Form) -> Form:
         yes, no = series.choices[at]
-        if bool(np.all(yes)):
+        if bool(np.all(yes & ~no)):
             return first
-        if bool(np.all(no)):
+        if bool(np.all(no & ~yes)):
             return second
         if self.nodes.nodes[at].kind == "where":
             raise DomainError("a choice is open, whose value may jump")

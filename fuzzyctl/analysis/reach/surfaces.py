@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from itertools import product
 from typing import Final
@@ -38,6 +38,8 @@ class SystemSurface:
         arguments = [forms.widened(as_form(a), width) for a in inputs]
         count = max(a.shape[0] for a in arguments)
         arguments = [np.broadcast_to(a, (count, width)) for a in arguments]
+        if not all(np.all(np.isfinite(a)) for a in arguments):
+            raise DomainError(f"an input of system '{self.system.name}' has no bound")
         if self.grid is None:
             return self._by_slopes(arguments)
         return [self._of_table(t, arguments, e) for t, e in zip(self.grid.outputs, self._boxed.errors, strict=True)]
@@ -57,7 +59,7 @@ class SystemSurface:
             value = forms.times(value, forms.inverse(self._plane(np.array(table.weight).reshape(shape), sides)))
         out = as_form(value).copy()
         out[..., 1] += 2.0 * error
-        return out
+        return forms.padded(out, np.abs(out[..., 0]))
 
     def _plane(self, values: Form, sides: Sequence[Form]) -> Form:
         """Return a plane near a multilinear function over boxes, with the largest distance from it.
@@ -83,7 +85,7 @@ class SystemSurface:
                 if best is None or most - least < best[1] - best[0]:
                     best = least, most, slope
             assert best is not None
-            size = np.abs(heights).max() + np.abs(moved).max(0) @ np.abs(best[2])
+            size = np.abs(values).max() + np.abs(moved).max(0) @ np.abs(best[2])
             slopes[:, box], middle[box] = best[2], 0.5 * (best[0] + best[1])
             error[box] = 0.5 * (best[1] - best[0]) + 64 * 2.0**-53 * size
         return _planes(sides, slopes, middle, error)
@@ -143,7 +145,9 @@ class SystemSurface:
                 continue
             below, above = (np.broadcast_to(s, low.shape) for s in slopes)
             spread = 0.5 * (above - below) * np.array([radius(a) for a in arguments])
-            error = 0.5 * (at.hi - at.lo) + spread.sum(0) * (1.0 + 1e-12) + 1e-12 * np.abs(at.hi)
+            steep = np.maximum(np.abs(below), np.abs(above))
+            spread += 1e-15 * steep * np.array([radius(a) for a in arguments])
+            error = 0.5 * (at.hi - at.lo) + spread.sum(0) * (1.0 + 1e-12) + 1e-12 * (np.abs(at.lo) + np.abs(at.hi))
             plane = _planes(
                 arguments, 0.5 * (below + above), np.broadcast_to(0.5 * (at.lo + at.hi), low[0].shape), error
             )
@@ -156,17 +160,21 @@ class SystemSurface:
 def _planes(sides: Sequence[Form], slopes: Form, middle: Form, error: Form) -> Form:
     """Return forms of middle + sum of slope (side - its centre), one slope of each side for each box."""
     out = np.zeros_like(sides[0])
+    size = np.abs(middle) + error
     for side, slope in zip(sides, slopes, strict=True):
         part = side * slope[:, None]
         out[:, 1] += np.abs(part[:, 1])
         out[:, 2:] += part[:, 2:]
+        size = size + np.abs(part[:, 1:]).sum(-1)
     out[:, 0] = middle
     out[:, 1] += error
-    return forms.padded(out, np.abs(out).sum(-1) * len(sides))
+    return forms.padded(out, size * len(sides))
 
 
 #: Slabs that a plane set is cut into.
 SLABS: Final = 12
+#: By which part of its size corners of a plane set may be misplaced by rounding.
+_ASIDE: Final = 1e-12
 
 
 def _over_slabs(values: Form, knots: Sequence[Form], sides: Sequence[Form]) -> tuple[Form, Form]:
@@ -220,24 +228,22 @@ def _slabs(x: Form, y: Form, knots: Form) -> tuple[Form, Form, Form]:
         return cuts, np.full(len(cuts) - 1, bottom), np.full(len(cuts) - 1, top)
     turned = np.where((steps[:, :1] < 0.0) | ((steps[:, :1] == 0.0) & (steps[:, 1:] < 0.0)), -steps, steps)
     order = np.argsort(np.arctan2(turned[:, 1], turned[:, 0]))
-    first = np.array([x[0], y[0]]) - turned.sum(0)
-    lower = np.concatenate([[first], first + 2.0 * np.cumsum(turned[order], 0)])
-    upper = np.concatenate([[first], first + 2.0 * np.cumsum(turned[order[::-1]], 0)])
-    slack = 1e-13 * (abs(x[0]) + abs(y[0]) + np.abs(turned).sum())
-    # The lower boundary is convex and the upper one concave: over a slab both are extreme at its ends or at a vertex.
-    inner_low, inner_high = _extremes(lower, cuts, np.minimum), _extremes(upper, cuts, np.maximum)
-    return cuts, np.maximum(inner_low - slack, bottom), np.minimum(inner_high + slack, top)
+    # All relative to the centre, where a narrow set has digits left.
+    first = -turned.sum(0)
+    lower = first + 2.0 * np.concatenate([[[0.0, 0.0]], np.cumsum(turned[order], 0)])
+    upper = first + 2.0 * np.concatenate([[[0.0, 0.0]], np.cumsum(turned[order[::-1]], 0)])
+    beside, slack = _ASIDE * np.abs(turned).sum(0)
+    slack += 8 * 2.0**-53 * abs(y[0])
+    begin, end = cuts[:-1] - x[0] - beside, cuts[1:] - x[0] + beside
+    least, most = _least(lower, begin, end), -_least(upper * [1.0, -1.0], begin, end)
+    return cuts, np.maximum(y[0] + least - slack, bottom), np.minimum(y[0] + most + slack, top)
 
 
-def _extremes(line: Form, cuts: Form, extreme: Callable[..., Form]) -> Form:
-    """Return the extreme height of a polygon's boundary over slabs, given its vertices from left to right."""
-    at_cuts = np.interp(cuts, line[:, 0], line[:, 1])
-    # A vertical first or last edge adds its other end.
-    results = extreme(at_cuts[:-1], at_cuts[1:])
-    for px, py in line:
-        inside = (cuts[:-1] <= px + 1e-12 * abs(px)) & (px - 1e-12 * abs(px) <= cuts[1:])
-        results = np.where(inside, extreme(results, py), results)
-    return np.asarray(results)
+def _least(line: Form, begin: Form, end: Form) -> Form:
+    """Return the least heights of a convex line over ranges, given its corners from left to right."""
+    lowest = line[np.argmin(line[:, 1])]
+    at_side = np.interp(np.where(end < lowest[0], end, begin), line[:, 0], line[:, 1])
+    return np.where((begin <= lowest[0]) & (lowest[0] <= end), lowest[1], at_side)
 
 
 def _interpolated(values: Form, knots: Sequence[Form], points: Form) -> Form:
