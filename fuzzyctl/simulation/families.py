@@ -55,9 +55,8 @@ def _range(item: Varied | Disturbance, ends: tuple[float, float] | None, params:
     elif math.isinf(low) or math.isinf(high):
         message = f"the range of '{item.name}' is infinite"
         facts = ("what is drawn, or proved for a family, has two finite ends",)
-        help_text = (
-            f"write numbers, such as: in [{-1 if math.isinf(low) else low:g}, {1 if math.isinf(high) else high:g}]"
-        )
+        ends_text = f"{-1 if math.isinf(low) else low:g}, {1 if math.isinf(high) else high:g}"
+        help_text = f"write numbers, such as: in [{ends_text}]"
         yield Diagnostic("FZ302", message, bounds.span, facts=facts, help=help_text)
 
 
@@ -86,9 +85,8 @@ def _within(
     if limits is not None and declared.bounds is not None and not _holds(declared.bounds, limits, bounds, ends):
         what = "param" if isinstance(declared, Param) else "state"
         message = f"the range of '{item.name}' is {text}, outside of {declared.bounds.text(*limits)}"
-        notes = (
-            (Note(declared.bounds.span, f"the range of the {what} is declared here"),) if declared.bounds.span else ()
-        )
+        place = declared.bounds.span
+        notes = () if place is None else (Note(place, f"the range of the {what} is declared here"),)
         yield Diagnostic("FZ302", message, bounds.span, help="narrow it, or widen the declared range", notes=notes)
     elif value is not None and not bounds.holds(value, *ends):
         if isinstance(item, Disturbance):

@@ -108,7 +108,8 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
     Raises:
         UnknownNameError: For a name of none of them, or of several.
         ValueOutOfBoundsError: For a value that is not a finite number.
-        DiagnosticError: For values outside of their ranges, or of those that follow from them, and for other errors of `check` with such numbers, such as a period that is not positive.
+        DiagnosticError: For values outside of their ranges, or of those that follow from them, and for other errors of
+            `check` with such numbers, such as a period that is not positive.
     """
     changed = within_ranges(loop, values)
     mistakes = list(numbers_of_all(changed))

@@ -39,7 +39,8 @@ def family(loop):
 
 
 def test_a_family_is_written_as_it_is_read(family):
-    one = family("require always tank.h <= 1 within 0.1 from 1 s until 2 s\nrequire always leak < 1 forever\nrequire stable")
+    claims = ("always tank.h <= 1 within 0.1 from 1 s until 2 s", "always leak < 1 forever", "stable")
+    one = family("\n".join(f"require {claim}" for claim in claims))
     assert list(one.family) == ["tank.h", "tank.A", "law.s", "goal", "leak"]
     assert [type(g).__name__ for g in one.guarantees] == ["Always", "Always", "Stable"]
     assert one.requirements == ()
@@ -70,8 +71,8 @@ def test_claims_about_every_instant_are_judged_at_samples(family, claim, verdict
 
 
 def test_a_stopped_run_keeps_no_claim(loop):
-    text = TEXT.format(lines="require always tank.h <= 20\nrequire always tank.h <= 5").replace("-k * y", "k * y").replace("run 4 s", "run 9 s")
-    run = simulate(loop(text), backend="python")
+    text = TEXT.format(lines="require always tank.h <= 20\nrequire always tank.h <= 5").replace("-k * y", "k * y")
+    run = simulate(loop(text.replace("run 4 s", "run 9 s")), backend="python")
     assert run.stopped is not None
     assert [r.verdict for r in run.requirements] == ["open, the run was stopped", "broken"]
 
@@ -94,18 +95,18 @@ def test_starts_and_disturbances_are_free_numbers(family, backend):
     assert run.params == dict(zip(NAMES, values, strict=True))
     for name in ("tank.h", "leak", "law.s", "law.v"):
         np.testing.assert_allclose(run[name], same[name], rtol=1e-12)
-    assert run["tank.h"][0] == 2.0 and run["law.s"][0] == 5.0 and run["leak"][-1] == 0.25
+    assert (run["tank.h"][0], run["law.s"][0], run["leak"][-1]) == (2.0, 5.0, 0.25)
     np.testing.assert_allclose(free.run()["tank.h"], simulate(one, backend="python")["tank.h"], rtol=1e-12)
 
 
 def test_instances_of_one_plant_have_starts_of_their_own(loop):
-    text = "plant p\ninput u\nstate x = 1\nder x = u\noutput y = x\nloop l\nblock a = p(0)\nblock b = p(0)\nrun 1 s step 1 s\n"
-    run = simulate(loop(text), backend="python", **{"b.x": 3.0})
+    plant = "plant p\ninput u\nstate x = 1\nder x = u\noutput y = x\n"
+    run = simulate(loop(plant + "loop l\nblock a = p(0)\nblock b = p(0)\nrun 1 s step 1 s\n"), backend="python", **{"b.x": 3.0})
     assert (run["a.x"][0], run["b.x"][0]) == (1.0, 3.0)
 
 
 def test_numbers_outside_of_their_ranges_are_refused(family):
-    with pytest.raises(DiagnosticError, match="start of state 'tank.h' is 11"):
+    with pytest.raises(DiagnosticError, match=r"start of state 'tank\.h' is 11"):
         simulate(family(), **{"tank.h": 11.0})
     with pytest.raises(DiagnosticError, match="disturbance 'leak' is 2"):
         simulate(family(), leak=2.0)
