@@ -160,7 +160,7 @@ def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> I
 
 def _unmet(run: Run) -> Iterator[Diagnostic]:
     """Yield an error for each requirement that a run does not meet."""
-    for written, r in zip(run.loop.requirements, run.requirements, strict=True):
+    for written, r in zip((*run.loop.requirements, *run.loop.always), run.requirements, strict=True):
         if not r.holds:
             message, help_text = f"the run does not meet the requirement '{r.text}'", "change the loop, or require less"
             yield Diagnostic("FZ402", message, written.span, facts=r.facts, help=help_text, witness={})

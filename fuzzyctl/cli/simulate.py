@@ -34,7 +34,11 @@ PICTURES: Final = ("png", "svg", "pdf")
 @click.argument("file")
 @BLOCK
 @click.option(
-    "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set a param: PARAM, or BLOCK.PARAM of a block."
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Set a param, PARAM or BLOCK.PARAM, a start, BLOCK.STATE, or a disturbance.",
 )
 @click.option("--against", multiple=True, metavar="FILE", help="Run the loops of another file, too; may be repeated.")
 @click.option("-o", "--output", "out", metavar="DIR", help="Folder for summary.json, the data and the picture.")
@@ -265,5 +269,4 @@ def _value(run: Run, name: str, unit: str) -> str:
 def _requirements(run: Run, label: str, count: int) -> Iterator[str]:
     for r in run.requirements:
         facts = f"  ({', '.join(r.facts)})" if r.facts else ""
-        verdict = "met" if r.holds else "not met"
-        yield f"{f'{label}: ' if count > 1 else ''}require {r.text}: {verdict}{facts}"
+        yield f"{f'{label}: ' if count > 1 else ''}require {r.text}: {r.verdict}{facts}"

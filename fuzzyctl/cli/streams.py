@@ -238,7 +238,7 @@ def terminated_as_interrupted() -> Iterator[None]:
 #: Words that a claim, its reason or the end of the line follows, with their styles.
 TONES: Final = {
     **dict.fromkeys(("proved", "met"), "green"),
-    **dict.fromkeys(("refuted", "not met", "problem", "missing"), "red"),
+    **dict.fromkeys(("refuted", "not met", "broken", "problem", "missing"), "red"),
     **dict.fromkeys(("undecided", "stopped", "not installed"), "yellow"),
 }
 _WORD: Final = re.compile(rf"(?:(?<=: )|^)({'|'.join(TONES)})(?=:|;|$|  \()")

@@ -12,6 +12,7 @@ from fuzzyctl.formats.fz import antecedent_text, block_text, membership_text, me
 from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text
 from fuzzyctl.model.block import Guarantee, Hedge, Node, Param
 from fuzzyctl.model.controller import Definition, Signal
+from fuzzyctl.model.loop import Varied
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.rule import Antecedent, Rule, RuleBlock, RuleTable, rule_count
 from fuzzyctl.model.variable import ANYWHERE, Let, LinguisticVariable, Membership, Term
@@ -87,6 +88,8 @@ def _part(part: Node) -> str:
             return ", ".join(method_lines(part)) or "exact"
         case Definition(name=name, value=value):
             return f"{name} = {to_text(value)}"
+        case Varied(name=name, bounds=bounds):
+            return f"{name}{bounds_text(bounds)}"
         case Signal():
             return f"{part.name}{bounds_text(part.bounds)}{part.unit and ' ' + part.unit}"
     raise TypeError(type(part).__name__)

@@ -9,7 +9,7 @@ from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.display.layout import number_text
 from fuzzyctl.display.markup import Markup, lines, page, pairs, paragraph, picture_png, picture_svg, table
-from fuzzyctl.expr import to_text
+from fuzzyctl.formats.fz_strings import guarantee_text
 
 if TYPE_CHECKING:
     from fuzzyctl.kernels.kernel import Kernel
@@ -73,7 +73,7 @@ def experiment_html(experiment: Experiment) -> str:
         "free params": ", ".join(f"{n} = {number_text(v)}" for n, v in experiment.nominal.items()) or "none",
         "signals": ", ".join(n for n in experiment.positions if "#" not in n),
         "measures": ", ".join(m.name for m in loop.measures) or "none",
-        "requirements": "; ".join(to_text(r.claim) for r in loop.requirements) or "none",
+        "requirements": "; ".join(map(guarantee_text, (*loop.requirements, *loop.guarantees))) or "none",
     }
     return page(f"experiment {loop.name}{f': {loop.title}' if loop.title else ''}", pairs("", facts))
 
@@ -86,13 +86,9 @@ def run_html(run: Run) -> str:
         paragraph(repr(run)),
         paragraph("" if run.stopped is None else f"stopped: {run.stopped.message}"),
         table("Measures", ("measure", "value", "unit"), [(n, f"{v:.6g}", units[n]) for n, v in run.measures.items()]),
-        pairs("Requirements", {r.text: _judgement(r.holds, r.facts) for r in run.requirements}),
+        pairs("Requirements", {r.text: "; ".join((r.verdict, *r.facts)) for r in run.requirements}),
         _signals(run),
     )
-
-
-def _judgement(holds: bool, facts: tuple[str, ...]) -> str:
-    return "holds" if holds else "; ".join(("does not hold", *facts))
 
 
 def _signals(run: Run) -> Markup:

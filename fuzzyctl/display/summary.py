@@ -256,6 +256,9 @@ def _loop(loop: Loop) -> dict[str, list[str]]:
         "Signals": [_defined(d) for d in loop.definitions],
         "Measures": [f"{_defined(m)}{f' [{m.unit}]' if m.unit else ''}" for m in loop.measures],
         "Requirements, checked on a run": [guarantee_text(g) for g in loop.requirements],
+        "Family": [f"for {v.name}{bounds_text(v.bounds)}" for v in loop.varied]
+        + [f"disturbance {_signal(d)} = {to_text(d.nominal)}" for d in loop.disturbances],
+        "Claims about every member": [guarantee_text(g) for g in loop.guarantees],
     }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -202,21 +202,34 @@ def _kinds_of_terms(place: _Place) -> Iterator[Item] | None:
 
 
 def _expression(place: _Place) -> Iterator[Item]:
-    yield from _names(place, "param", "input", "output", "let", "state", "block")
+    yield from _names(place, "param", "input", "output", "let", "state", "block", "disturbance")
     yield from _words(functions(place.block))
     yield from _names(place, "function", "system")
 
 
-def _members(place: _Place) -> Iterator[Item] | None:
+def _members(place: _Place, kinds: Collection[str] = ("output",)) -> Iterator[Item] | None:
     callee = place.scope.callees.get(place.found[1])
     if callee is None or place.found[1].isdigit():
         return iter(())
     scopes = [scope for scope, head in place.document.symbols.blocks() if head.name == callee]
-    return (_item(symbol) for scope in scopes for symbol in scope.own.values() if symbol.kind == "output")
+    return (_item(symbol) for scope in scopes for symbol in scope.own.values() if symbol.kind in kinds)
+
+
+def _members_of_kinds(*kinds: str) -> _Proposals:
+    return lambda place: _members(place, kinds)
 
 
 def _of_kinds(*kinds: str) -> _Proposals:
     return lambda place: _names(place, *kinds)
+
+
+def _claims(place: _Place) -> Iterator[Item] | None:
+    """Propose what a claim of a loop begins with: a word about every member, a measure or a param."""
+    if place.block != "loop":
+        return None
+    always = Item("always", "keyword", "require always CONDITION from 20 s", "a claim about every instant")
+    stable = Item("stable", "keyword", "require stable", "a claim that every member converges")
+    return iter((*_names(place, "measure", "param"), always, stable))
 
 
 def _plants(place: _Place) -> Iterator[Item]:
@@ -231,6 +244,8 @@ def _measures(place: _Place) -> Iterator[Item] | None:
 _PLACES: Final[tuple[tuple[re.Pattern[str], _Proposals], ...]] = tuple(
     (re.compile(pattern), proposals)
     for pattern, proposals in (
+        (rf"^\s*for\s+({NAME})\.{_WORD}$", _members_of_kinds("state", "param")),
+        (rf"^\s*require\s+always\b.*\b({NAME})\.{_WORD}$", _members_of_kinds("input", "state", "output")),
         (rf"\b({NAME})\.{_WORD}$", _members),
         (rf"^\s*(?:{NAME}\s*)?\|", _in_cells),
         (rf"^\s*(?:{NAME}\s+)*{_WORD}$", _in_header),
@@ -248,12 +263,18 @@ _PLACES: Final[tuple[tuple[re.Pattern[str], _Proposals], ...]] = tuple(
         (rf"^\s*(?:next|der)\s+{_WORD}$", _of_kinds("state")),
         (rf"^\s*plant\s+{NAME}\s*=\s*{_WORD}$", _plants),
         (rf"^\s*block\s+{NAME}\s*=\s*{_WORD}$", _of_kinds("controller", "plant")),
+        (rf"^\s*for\s+{_WORD}$", _of_kinds("block", "param")),
+        (rf"^\s*require\s+{_WORD}$", _claims),
         (rf"^\s*measure\b.*=\s*{_WORD}$", _measures),
         (
             rf"^\s*(?!(?:{_EXPRESSIONS})\b){NAME}\s*=\s*{_WORD}$",
             _kinds_of_terms,
         ),
-        (rf"[-+*/^(,:=<>\[]\s*{_WORD}$|^\s*(?:require|every|run)\s+{_WORD}$|\b(?:when|within)\s+{_WORD}$", _expression),
+        (
+            rf"[-+*/^(,:=<>\[]\s*{_WORD}$|^\s*(?:require(?:\s+always)?|every|run)\s+{_WORD}$|"
+            rf"\b(?:when|within|from|until)\s+{_WORD}$",
+            _expression,
+        ),
     )
 )
 

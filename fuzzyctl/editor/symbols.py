@@ -28,7 +28,7 @@ class Symbol:
 
     Args:
         kind: "system", "controller", "plant", "loop", "param", "hedge", "function", "input", "output", "let", "state",
-            "block", "measure", "term" or "rules".
+            "block", "disturbance", "measure", "term" or "rules".
         name: The name.
         span: Location of the name where it is declared.
         whole: Location of the declaration, lines below it included.
@@ -268,6 +268,9 @@ class _Block:
                 if keyword.text in ("next", "der"):
                     self._word(name)
                 self._expr(value)
+            case sx.Varied(name=name):
+                self._name(name.text, name.span)
+                self._parts(s, skip={"name", "span"})
             case sx.Table():
                 self._table(s)
             case sx.Rule(antecedent=antecedent, consequents=consequents, weight=weight):

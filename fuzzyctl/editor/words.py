@@ -35,6 +35,8 @@ _SNIPPETS: Final = {
     "deny": 'deny ${1:FZ208} "${2:reason}"',
     "every": "every ${1:10 ms}",
     "run": "run ${1:10 s} step ${2:10 ms}",
+    "for": "for ${1:block.state} in [${2:0}, ${3:1}]",
+    "disturbance": "disturbance ${1:name} in [${2:0}, ${3:1}] = ${4:0}",
     "state": "state ${1:name} = ${2:0}",
     "next": "next ${1:state} = ${2:state}",
     "der": "der ${1:state} = ${2:0}",
@@ -81,6 +83,8 @@ _MEANINGS: Final = {
     "block": "a controller or a plant inside of this block; its outputs are NAME.OUTPUT",
     "measure": "a number that a run is judged by",
     "run": "how long a run lasts, and the time between two samples of its record",
+    "for": "a start of a state, or a param, that differs between the members of the family",
+    "disturbance": "a signal that may be anything in its range; a plain run takes the value",
 }
 #: Those of systems that blocks of equations write in another form.
 _VARIABLES: Final = {

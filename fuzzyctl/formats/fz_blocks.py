@@ -9,7 +9,7 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import to_text
 from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text, param_text, quoted, require_names
 from fuzzyctl.model.block import Param
-from fuzzyctl.model.controller import EquationBlock, Function, Result, Signal, State
+from fuzzyctl.model.controller import EquationBlock, Function, Signal
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 
@@ -39,6 +39,7 @@ def _formula(plant: Plant) -> str:
 def _names(block: EquationBlock) -> list[str]:
     named: list[Iterable[Param | Function | Signal]] = [block.params, block.functions]
     named += [block.inputs, block.states, block.outputs]
+    named += [block.disturbances] if isinstance(block, Loop) else []
     return [item.name for items in named for item in items] + [d.name for d in block.definitions]
 
 
@@ -58,13 +59,15 @@ def _groups(block: EquationBlock) -> Iterator[list[str]]:
     if isinstance(block, Loop):
         yield blocks
         yield lets
+        yield [f"for {v.name}{bounds_text(v.bounds)}" for v in block.varied]
+        yield [signal_text("disturbance", d) for d in block.disturbances]
         yield [
             f"measure {m.name}{quoted(' ', m.label, 'label')}{quoted(' unit ', m.unit, 'unit')} = {to_text(m.value)}"
             for m in block.measures
         ]
         step = "" if block.step is None else f" step {to_text(block.step)}"
         yield [f"run {to_text(block.duration)}{step}"]
-        yield [f"require {guarantee_text(g)}" for g in block.requirements]
+        yield [f"require {guarantee_text(g)}" for g in (*block.requirements, *block.guarantees)]
         return
     if isinstance(block, Plant) and block.external:
         return
@@ -85,8 +88,8 @@ def function_text(function: Function) -> str:
 
 
 def signal_text(keyword: str, signal: Signal) -> str:
-    """Return an `input`, `state` or `output` line."""
+    """Return an `input`, `state`, `output` or `disturbance` line."""
     label, unit = quoted(" ", signal.label, "label"), quoted(" unit ", signal.unit, "unit")
-    value = signal.start if isinstance(signal, State) else signal.value if isinstance(signal, Result) else None
+    value = next((getattr(signal, name) for name in ("start", "value", "nominal") if hasattr(signal, name)), None)
     defined = "" if value is None else f" = {to_text(value)}"
     return f"{keyword} {signal.name}{label}{bounds_text(signal.bounds)}{unit}{defined}"

@@ -11,6 +11,7 @@ from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.expr import to_text
 from fuzzyctl.lang.syntax import MAX_NAME
 from fuzzyctl.model.block import Bounds, Guarantee, Param
+from fuzzyctl.model.loop import Always
 
 #: Characters that no string of a rule file can hold.
 _UNWRITABLE: Final = re.compile('["\\n\\r\\0\\ud800-\\udfff]')
@@ -58,4 +59,7 @@ def guarantee_text(g: Guarantee) -> str:
     """Return a guarantee without its keyword."""
     within = f" within {to_text(g.within)}" if g.within is not None else ""
     when = f" when {to_text(g.when)}" if g.when is not None else ""
-    return f"{to_text(g.claim)}{within}{when}"
+    if not isinstance(g, Always):
+        return f"{to_text(g.claim)}{within}{when}"
+    times = [f" {word} {to_text(time)}" for word, time in (("from", g.begin), ("until", g.end)) if time is not None]
+    return f"always {to_text(g.claim)}{within}{''.join(times)}{' forever' if g.forever else ''}"

@@ -70,7 +70,7 @@ def opened_loop(loop: Loop, block: str) -> OpenedLoop:
     if controller is None:
         raise ArgumentError(f"block '{block}' is a plant: an agent takes the place of a controller")
     step, every = sample_times(loop)
-    names = {p.name for p in loop.params} | {d.name for d in loop.definitions} | {i.name for i in loop.instances}
+    names = {p.name for p in loop.params} | {d.name for d in loop.signals} | {i.name for i in loop.instances}
     actions = _fresh(block, [r.name for r in controller.results], names)
     observations = _fresh(block, [s.name for s in controller.inputs], names | set(actions))
     values: dict[str, Expr] = {
@@ -95,6 +95,8 @@ def opened_loop(loop: Loop, block: str) -> OpenedLoop:
         measures=tuple(dataclasses.replace(m, value=replace_names(m.value, values)) for m in loop.measures),
         controllers=tuple(c for c in loop.controllers if c.name in {i.controller for i in others}),
         step=Number(step),
+        varied=(),
+        guarantees=(),
     )
     return OpenedLoop(
         changed,

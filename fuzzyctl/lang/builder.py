@@ -208,6 +208,9 @@ class Builder(Transformer[Token, Any]):
     def run(self, _keyword: Token, duration: ex.Expr, _step: Token | None, step: ex.Expr | None) -> sx.Run:
         return sx.Run(self.line, duration, step)
 
+    def varied(self, _keyword: Token, name: Token, _in: Token, bounds: sx.Bounds) -> sx.Varied:
+        return sx.Varied(self.line, self._word(name), bounds)
+
     def input(self, keyword: Token, *parts: Any) -> sx.Variable:
         at = next(i for i, p in enumerate(parts) if isinstance(p, Token) and p.type == "IN")
         (lower, upper), *clauses = parts[at + 1 :]
@@ -326,6 +329,10 @@ class Builder(Transformer[Token, Any]):
         self, _keyword: Token, claim: ex.Expr, _w: Token | None, within: ex.Expr | None, _when: Token | None, when: Any
     ) -> sx.Require:
         return sx.Require(self.line, claim, within, when)
+
+    def always(self, _require: Token, _always: Token, claim: ex.Expr, *parts: Any) -> sx.Always:
+        _within, within, _from, begin, _until, end, forever = parts
+        return sx.Always(self.line, claim, within, None, begin, end, forever is not None)
 
     # -- lines below a statement
 

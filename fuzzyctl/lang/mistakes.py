@@ -45,6 +45,8 @@ def repair(source: SourceText, line: LogicalLine, at: int) -> str:
         return "for a third variable put 'with VARIABLE is TERM' above a table for each of its terms"
     if line.word == "require" and text.startswith("within", at):
         return "write 'within' once, and before 'when'"
+    if line.word == "require" and line.in_block == "loop" and text.startswith("when", at):
+        return "put the condition into the claim, such as: a <= 1 or b > 2"
     return ""
 
 
@@ -109,6 +111,8 @@ BLOCK_FORMS: Final[dict[str, str]] = {
     "block": "block NAME = CONTROLLER(input, ..., param=value)",
     "measure": 'measure NAME "label" unit "..." = MEASURE(signal, ...)',
     "run": "run 50 s step 10 ms",
+    "for": "for BLOCK.STATE in [low, high], or for PARAM in [low, high]",
+    "disturbance": 'disturbance NAME "label" in [low, high] unit "..." = VALUE',
 }
 
 #: What to write in place of a statement of another block, by its word and the block that it is found in.
@@ -128,6 +132,7 @@ _IN_PLACE: Final[dict[tuple[str, str], str]] = {
     ("measure", "plant"): "put it into a loop",
     ("run", "controller"): "put it into a loop",
     ("run", "plant"): "put it into a loop",
+    **{(word, head): "put it into a loop" for word in ("for", "disturbance") for head in ("controller", "plant")},
 }
 
 #: How an equation chooses between two values, and what other languages write in its place.

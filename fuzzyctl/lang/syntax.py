@@ -48,7 +48,7 @@ _COMMON: Final = (*HEADS, "system", "source", "use", "param", "function", "let",
 BLOCKS: Final[dict[str, tuple[str, ...]]] = {
     "controller": (*_COMMON, "input", "output", "state", "next", "every", "block", "require"),
     "plant": (*_COMMON, "input", "output", "state", "der"),
-    "loop": (*_COMMON, "block", "measure", "run", "require"),
+    "loop": (*_COMMON, "block", "for", "disturbance", "measure", "run", "require"),
 }
 #: All of them.
 BLOCK_KEYWORDS: Final = tuple(dict.fromkeys(word for words in BLOCKS.values() for word in words))
@@ -429,6 +429,14 @@ class Require(Statement):
     when: Expr | None
 
 
+class Always(Require):
+    """`require always CLAIM within TOLERANCE from BEGIN until END`, or `... forever` in place of an end."""
+
+    begin: Expr | None
+    end: Expr | None
+    forever: bool
+
+
 # -- controllers
 
 
@@ -450,7 +458,7 @@ class Function(Statement):
 
 
 class Signal(Statement):
-    """`input`, `output`, `state` or `measure` with a label and a unit; an input has no value."""
+    """`input`, `output`, `state`, `measure` or `disturbance` with a label and a unit; an input has no value."""
 
     keyword: Word
     name: Word
@@ -479,6 +487,13 @@ class Run(Statement):
 
     duration: Expr
     step: Expr | None
+
+
+class Varied(Statement):
+    """`for NAME in [low, high]`: a start of a state or a param that differs between the members of a family."""
+
+    name: Word
+    bounds: Bounds
 
 
 class SyntaxTree(Node):

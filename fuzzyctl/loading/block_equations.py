@@ -187,12 +187,14 @@ def _loop_parts(loop: Loop) -> int:
     outputs = {b.name: [r.name for r in b.results] for b in callees}
     arguments = [d for i in loop.instances for d in _arguments(i, inputs[i.controller])]
     members = [f"{i.name}.{o}" for i in loop.instances for o in outputs[i.controller]]
+    members += [f"{i.name}.{s.name}" for i in loop.instances for s in loop.callee(i).states]
     measured = [
         Definition(name=f"{m.name}#{k}", value=argument, span=m.span)
         for m in loop.measures
         for k, argument in enumerate(_measured(m.value))
     ]
-    lets = [*loop.definitions, *arguments, *measured]
+    claimed = [Definition(name=f"#{k}", value=g.claim, span=g.span) for k, g in enumerate(loop.always)]
+    lets = [*loop.signals, *arguments, *measured, *claimed]
     view = Controller(
         name=loop.name,
         params=loop.params,
@@ -221,7 +223,7 @@ def _loop_parts(loop: Loop) -> int:
         from fuzzyctl.simulation.sample_times import require_room
 
         sizes = {b.name: len(b.inputs) + len(b.states) + len(b.results) for b in callees}
-        recorded = len(loop.definitions) + sum(sizes[i.controller] for i in loop.instances)
+        recorded = len(loop.signals) + sum(sizes[i.controller] for i in loop.instances)
         require_room(loop, recorded + len(Judgement(loop).signals))
     return equations.parts
 

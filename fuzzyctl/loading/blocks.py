@@ -131,6 +131,10 @@ class Blocks:
             results = [*results, *more]
         failed = incomplete or _has_errors(results)
         results = [*results, *numbers(block, ParamValues(block.params, partial=failed))]
+        if isinstance(block, Loop) and (block.family or block.guarantees):
+            from fuzzyctl.simulation.families import mistakes  # which few loops need
+
+            results.extend(mistakes(block, ParamValues(block.params, partial=failed)))
         if isinstance(block, Loop) and not failed:
             from fuzzyctl.loading.block_files import check_csv
 

@@ -7,8 +7,8 @@ from typing import ClassVar, Final
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.expr import Expr
-from fuzzyctl.model.block import Guarantee
-from fuzzyctl.model.controller import Definition, EquationBlock
+from fuzzyctl.model.block import Bounds, Guarantee, Node, Param
+from fuzzyctl.model.controller import Definition, EquationBlock, Signal, State
 from fuzzyctl.model.forms import NEEDED, Form
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.records import dataclass
@@ -23,6 +23,47 @@ class Measure(Definition):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
+class Varied(Node):
+    """A number that differs between the members of a family: `for NAME in [low, high]`.
+
+    Args:
+        name: `BLOCK.STATE` for the start of a state, `BLOCK.PARAM`, or a param of the loop.
+        bounds: Its range.
+    """
+
+    name: str
+    bounds: Bounds
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Disturbance(Signal):
+    """Any signal within a range; a plain run takes the nominal value."""
+
+    bounds: Bounds
+    nominal: Expr
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Always(Guarantee):
+    """A claim about every instant of every member of a family.
+
+    Args:
+        begin: The first time that it speaks of [s]; None for the begin of the run.
+        end: The last one [s]; None for the end of the run.
+        forever: Whether it goes on behind the end of the run.
+    """
+
+    begin: Expr | None = None
+    end: Expr | None = None
+    forever: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Stable(Guarantee):
+    """The claim that every member of a family converges; its expression is the word `stable`."""
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Loop(EquationBlock):
     """An experiment: blocks, their connections, and measures.
 
@@ -32,6 +73,9 @@ class Loop(EquationBlock):
         measures: The results of a run: expressions over params, other measures and calls of the functions of
             `model/measures.py`, whose first arguments are expressions over signals.
         requirements: Claims about measures, checked on the run.
+        varied: Starts and params in which the members of the family of the loop differ.
+        disturbances: Signals that may be anything in their ranges.
+        guarantees: Claims about every member, `Always` or `Stable`; a run judges the former at its samples.
         duration: How long a run lasts [s].
         step: Time between two samples of the record [s]; None for the shortest period of the controllers.
         plants: The plants that instances are of.
@@ -42,6 +86,8 @@ class Loop(EquationBlock):
 
     measures: tuple[Measure, ...] = ()
     requirements: tuple[Guarantee, ...] = ()
+    varied: tuple[Varied, ...] = ()
+    disturbances: tuple[Disturbance, ...] = ()
     duration: Expr
     step: Expr | None = None
     plants: tuple[Plant, ...] = ()
@@ -50,6 +96,35 @@ class Loop(EquationBlock):
         blocks = ", ".join(f"{i.name} = {i.controller}" for i in self.instances)
         judged = f"{counted(len(self.measures), 'measure')}, {counted(len(self.requirements), 'requirement')}"
         return printable(f"Loop({self.name}: {blocks}; {judged})")
+
+    @property
+    def signals(self) -> tuple[Definition, ...]:
+        """The `let` lines, and the disturbances with their nominal values."""
+        nominal = (Definition(name=d.name, value=d.nominal, span=d.span) for d in self.disturbances)
+        return (*self.definitions, *nominal)
+
+    @property
+    def always(self) -> tuple[Always, ...]:
+        """The claims about every instant."""
+        return tuple(g for g in self.guarantees if isinstance(g, Always))
+
+    @property
+    def family(self) -> dict[str, Bounds]:
+        """The ranges of the numbers in which members differ, by name: those of `varied`, then the disturbances."""
+        return {item.name: item.bounds for item in (*self.varied, *self.disturbances)}
+
+    def declared(self, name: str) -> tuple[EquationBlock, Param | State | Disturbance] | None:
+        """Return the param, state or disturbance of a name, behind the block that declares it; None for none.
+
+        Args:
+            name: `BLOCK.STATE`, `BLOCK.PARAM`, or a param or a disturbance of the loop.
+        """
+        first, dot, rest = name.partition(".")
+        instance = next((i for i in self.instances if i.name == first), None) if dot else None
+        block = self.callee(instance) if instance is not None else self
+        items: list[Param | State | Disturbance] = [*block.params, *block.states]
+        items += self.disturbances if block is self else ()
+        return next(((block, item) for item in items if item.name == (rest if instance is not None else name)), None)
 
 
 def _measure(form: str, what: str, *signals: str, **settings: float) -> Form:

@@ -192,7 +192,7 @@ def _judged(run: Run | PlainRun) -> dict[str, Any]:
     """Return the measures of a run, and which requirements it meets."""
     values = run.measures
     measures = [[m.label or m.name, _measure_text(values[m.name], m.unit)] for m in run.loop.measures]
-    return {"measures": measures, "verdicts": [["met" if r.holds else "not met", r.text, ""] for r in run.requirements]}
+    return {"measures": measures, "verdicts": [[r.verdict, r.text, ""] for r in run.requirements]}
 
 
 def _limits(t: list[float], panel: Panel, signal: Callable[[Expr], list[float]]) -> dict[str, Any]:

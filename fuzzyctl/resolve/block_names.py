@@ -24,7 +24,7 @@ Callee = FuzzySystem | EquationBlock
 _SHARED: Final = {
     "controller": "params, inputs, states, lets, blocks and outputs",
     "plant": "params, inputs, states, lets and outputs",
-    "loop": "params, blocks, lets and measures",
+    "loop": "params, blocks, lets, disturbances and measures",
 }
 
 #: Keywords of the blocks that a block may call.

@@ -8,7 +8,7 @@ from typing import Final
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.block import Node
+from fuzzyctl.model.block import Guarantee, Node
 from fuzzyctl.model.checks.checks import in_order
 from fuzzyctl.model.controller import Controller, Instance
 from fuzzyctl.model.stateful_operators import OPERATORS
@@ -55,7 +55,7 @@ class _Controller(Statements):
         period = None
         for s in statements:
             period = self._period(s, period) if isinstance(s, sx.Every) else period
-        claims = [resolve_claim(self.context, s, self.formula) for s in statements if isinstance(s, sx.Require)]
+        claims = [self._require(s) for s in statements if isinstance(s, sx.Require)]
         self.incomplete = self.incomplete or None in claims
         self.require_updates(statements, "next", "next value")
         self.require_outputs(statements)
@@ -67,6 +67,13 @@ class _Controller(Statements):
             path=path,
             guarantees=tuple(c for c in claims if c is not None),
         )
+
+    def _require(self, s: sx.Require) -> Guarantee | None:
+        if not isinstance(s, sx.Always):
+            return resolve_claim(self.context, s, self.formula)
+        message = "'always' belongs to loops: a claim of a controller is about each step"
+        self.context.report("FZ214", message, s.span, help="remove 'always' and the times behind the claim")
+        return None
 
     def equation(self, s: sx.Equation) -> Node | None:
         return self._instance(s) if s.keyword.text == "block" else super().equation(s)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+from collections.abc import Iterator, Sequence, Set
 from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING
@@ -13,18 +13,21 @@ from fuzzyctl.expr import ONE
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.block import Guarantee
 from fuzzyctl.model.checks.checks import in_order
-from fuzzyctl.model.controller import Instance
-from fuzzyctl.model.loop import MEASURES, SIGNALS, TIME, Loop, Measure
+from fuzzyctl.model.controller import EquationBlock, Instance
+from fuzzyctl.model.loop import MEASURES, SIGNALS, TIME, Always, Disturbance, Loop, Measure, Stable, Varied
 from fuzzyctl.model.plant import PLANTS
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.resolve.block_expressions import Inner
 from fuzzyctl.resolve.block_names import Find
 from fuzzyctl.resolve.block_statements import Statements
 from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.variables import resolve_bounds
 
 if TYPE_CHECKING:
     from fuzzyctl.model.block import Node
 
+#: The claim that every member converges, unless a measure or a param has the name.
+_STABLE = "stable"
 #: How a block of a loop is written.
 _BLOCK = "CONTROLLER_OR_PLANT(input=EXPRESSION, ..., param=value)"
 
@@ -43,7 +46,7 @@ class _Loop(Statements):
     kind = "loop"
     given = (TIME,)
     own = tuple(dict.fromkeys((*SIGNALS, *MEASURES)))
-    #: The part under check: a "let", "measure" or "require" line, or the "argument" of a measure.
+    #: The part under check: a "let", "measure", "require" or "always" line, or the "argument" of a measure.
     line = "let"
 
     def build(self, statements: Sequence[sx.Statement], path: str) -> Loop:
@@ -61,7 +64,10 @@ class _Loop(Statements):
             **self.shared_fields(statements, parts),
             instances=parts.get("block", ()),
             measures=parts.get("measure", ()),
-            requirements=tuple(c for c in claims if c is not None),
+            requirements=tuple(c for c in claims if c is not None and not isinstance(c, Always | Stable)),
+            guarantees=tuple(c for c in claims if isinstance(c, Always | Stable)),
+            varied=tuple(self._varied(statements)),
+            disturbances=parts.get("disturbance", ()),
             duration=duration,
             step=step,
             path=path,
@@ -108,8 +114,15 @@ class _Loop(Statements):
             self.unknown_call(call, "controller or plant", ())
 
     def signal(self, s: sx.Signal) -> Node | None:
-        """Resolve a `measure` line."""
+        """Resolve a `measure` or a `disturbance` line."""
         assert s.value is not None, "only inputs have none"
+        if s.keyword.text == "disturbance":
+            bounds, fine = resolve_bounds(self.context, s.bounds), self.constant(s.value)
+            if bounds is None or not fine:
+                return None
+            return Disturbance(
+                name=s.name.text, label=s.label, unit=s.unit, bounds=bounds, nominal=s.value, span=s.name.span
+            )
         self.line = "measure"
         fine = self.formula(s.value, names=self._measures_and_params, kind="measure or param")
         self.line = "let"
@@ -158,9 +171,77 @@ class _Loop(Statements):
         example = f"a measure makes a number of a signal, such as: maximum({name})"
         return example if self.line == "measure" else f"{example}, in a 'measure' line"
 
+    @cached_property
+    def _starts_and_params(self) -> dict[str, None]:
+        """The numbers in which members of a family may differ."""
+        names = list(self.context.params)
+        for instance, block in self._blocks():
+            names += [f"{instance}.{item.name}" for item in (*block.states, *block.params)]
+        return dict.fromkeys(names)
+
+    def _blocks(self) -> Iterator[tuple[str, EquationBlock]]:
+        """Yield the blocks of the loop by the names of their instances."""
+        for name, s in self.named.items():
+            block = self.found(s.value.function) if isinstance(s.value, ex.Call) else None
+            if s.keyword.text == "block" and isinstance(block, EquationBlock):
+                yield name, block
+
+    def _varied(self, statements: Sequence[sx.Statement]) -> Iterator[Varied]:
+        """Resolve the `for` lines."""
+        earlier: dict[str, sx.Varied] = {}
+        for s in statements:
+            if not isinstance(s, sx.Varied):
+                continue
+            name, bounds = s.name.text, resolve_bounds(self.context, s.bounds)
+            if name.partition(".")[0] in self.lost:
+                self.incomplete = True
+            elif name in self.named and self.named[name].keyword.text != "block":
+                facts = (f"'{name}' is {self.what(name)}",)
+                help_text = "'for' takes BLOCK.STATE, BLOCK.PARAM or a param of the loop"
+                message = f"no state or param '{name}'"
+                self.context.report("FZ202", message, s.name.span, facts=facts, help=help_text)
+            elif name not in self._starts_and_params:
+                self.context.unknown("state or param", s.name, self._starts_and_params)
+            elif name in earlier:
+                note = (earlier[name].span, "first given here")
+                message = f"'for {name}' is given twice"
+                self.context.report("FZ215", message, s.span, note=note, help="remove one of them")
+            elif bounds is not None:
+                yield Varied(name=name, bounds=bounds, span=s.name.span)
+            earlier.setdefault(name, s)
+
+    @cached_property
+    def _instants(self) -> Set[str]:
+        """The names that claims about every instant may use: signals of the loop, and all of its blocks."""
+        inner = (f"{n}.{s.name}" for n, b in self._blocks() for s in (*b.inputs, *b.states, *b.outputs))
+        return {*self.names, *inner}
+
+    def _always(self, s: sx.Always) -> Always | None:
+        """Resolve a claim about every instant."""
+        measured = [n for n in ex.names_in(s.claim) if self.what(n.name) == "a measure"]
+        if measured:
+            help_text = f"'{measured[0].name}' is a measure, which judges a whole run: leave 'always' out"
+            self.context.report("FZ202", f"no signal '{measured[0].name}'", measured[0].span, help=help_text)
+            return None
+        self.line = "always"
+        fine = self.formula(s.claim, truth=True, names=self._instants, pure=True)
+        self.line = "let"
+        fine = all([self.constant(e) for e in (s.within, s.begin, s.end) if e is not None]) and fine
+        if s.forever and s.end is not None:
+            help_text = "remove 'forever', or 'until' and its time"
+            self.context.report("FZ214", "a claim goes on 'forever' or 'until' a time", s.span, help=help_text)
+            return None
+        if not fine:
+            return None
+        return Always(claim=s.claim, within=s.within, begin=s.begin, end=s.end, forever=s.forever, span=s.span)
+
     def _require(self, s: sx.Require) -> Guarantee | None:
-        """Resolve a claim about measures."""
+        """Resolve a claim about measures, or about every member of a family."""
         names = self._measures_and_params
+        if isinstance(s, sx.Always):
+            return self._always(s)
+        if isinstance(s.claim, ex.Name) and s.claim.name == _STABLE and _STABLE not in names:
+            return Stable(claim=s.claim, span=s.span)
         if s.when is not None:
             help_text = "put the condition into the claim, such as: a <= 1 or b > 2"
             self.context.report(

@@ -109,8 +109,10 @@ class LoopEquations:
         step: Time between two samples [s].
         samples: How many there are.
         periods: The sample time of each state's controller [s], by name of the block.
-        free: Names of params whose values are arguments of a run, `BLOCK.PARAM` or `PARAM` of the loop.
+        free: Names of params and disturbances whose values are arguments of a run: `BLOCK.PARAM`, or `NAME` of the
+            loop.
         externals: Plants in Python and FMUs.
+        disturbances: The lower end, the upper end and the nominal value of each disturbance, by name.
     """
 
     body: tuple[Equation | Evaluation, ...]
@@ -127,6 +129,7 @@ class LoopEquations:
     periods: Mapping[str, float]
     free: tuple[str, ...] = ()
     externals: tuple[External, ...] = ()
+    disturbances: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
 
     @property
     def integrated(self) -> list[Expr]:

@@ -16,7 +16,7 @@ from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import SIGNALS, TIME, Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.equations import DeadTime, External, LoopEquations, PlantState, block_signals, needs
-from fuzzyctl.simulation.loop_params import timing_params
+from fuzzyctl.simulation.loop_params import starts_of, timing_params
 from fuzzyctl.simulation.sample_times import require_room, sample_times, samples_at
 from fuzzyctl.simulation.signals import Given, Signals, with_streams
 
@@ -27,7 +27,7 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
     Args:
         loop: The loop.
         extra: Further expressions to record, as `#0`, `#1` and so on.
-        free: Params whose values are arguments of a run.
+        free: Params and disturbances whose values are arguments of a run; starts of states are arguments anyway.
 
     Raises:
         DiagnosticError: For an algebraic loop, sample times that do not fit together, and a run of too many numbers.
@@ -37,12 +37,15 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
     if fixed:
         raise ArgumentError(f"'{min(fixed)}' cannot be free: the sample times or the duration depend on it")
     loop = with_streams(loop)
+    free = [name for name in free if name not in starts_of(loop)]
     step, every = sample_times(loop)
     samples = samples_at(loop, step)
     expansion = _LoopExpansion(loop, step, every, free)
     scope = Scope(_as_controller(loop), "", {TIME: Name(TIME)}, step)
     expansion.enter(scope)
+    disturbances = expansion.disturbances(loop, scope)
     signals = dict(_recorded(loop))
+    scope.names |= {name: Name(name) for name in signals if name not in scope.names}
     signals |= {f"#{k}": expansion.expanded(e, scope) for k, e in enumerate(extra)}
     require_room(loop, len(signals))
     plants = {i.name for i in loop.instances if i.controller in {p.name for p in loop.plants}}
@@ -62,6 +65,7 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
         periods={name: n * step for name, n in every.items()},
         free=tuple(free),
         externals=tuple(_externals(loop, tuple(expansion.states_of_plants))),
+        disturbances=disturbances,
     )
 
 
@@ -79,7 +83,8 @@ def _externals(loop: Loop, states: tuple[str, ...]) -> Iterator[External]:
 
 def _as_controller(block: Loop | Plant) -> Controller:
     """Return a plant or a loop as a controller: derivatives in place of next values."""
-    shared = {n: getattr(block, n) for n in ("name", "params", "functions", "definitions", "systems", "path", "span")}
+    shared = {n: getattr(block, n) for n in ("name", "params", "functions", "systems", "path", "span")}
+    shared["definitions"] = block.definitions if isinstance(block, Plant) else block.signals
     if isinstance(block, Plant):
         return Controller(**shared, inputs=block.inputs, states=block.states, results=block.results,
                           updates=block.derivatives)  # fmt: skip
@@ -88,8 +93,8 @@ def _as_controller(block: Loop | Plant) -> Controller:
 
 
 def _recorded(loop: Loop) -> Iterator[tuple[str, Expr]]:
-    """Yield the recorded signals with their names: lets of the loop, and inputs, states and outputs of its blocks."""
-    for item in loop.definitions:
+    """Yield the recorded signals by name: lets and disturbances, and inputs, states and outputs of the blocks."""
+    for item in loop.signals:
         yield item.name, Name(item.name)
     for name, signal_ in block_signals(loop):
         yield f"{name}.{signal_.name}", Name(f"{name}.{signal_.name}")
@@ -164,6 +169,17 @@ class _LoopExpansion(Expansion):
         for result in scope.controller.results:
             self.held.add(f"{block}.{result.name}")
             self._hold(f"{block}.{result.name}", block)
+
+    def disturbances(self, loop: Loop, scope: Scope) -> dict[str, tuple[float, float, float]]:
+        """Give disturbances their nominal values, or names if these are free, and return their ranges and values."""
+        ranges = {}
+        for d in loop.disturbances:
+            low, high, nominal = (scope.constant(e) for e in (d.bounds.lower, d.bounds.upper, d.nominal))
+            ranges[d.name] = low, high, nominal
+            at = next(k for k, item in enumerate(self.body) if isinstance(item, Equation) and item.name == d.name)
+            value = Name(free_name(d.name)) if d.name in self.free_params else Number(nominal)
+            self.body[at] = Equation(d.name, value, d.span)
+        return ranges
 
     def _free_params(self, scope: Scope) -> None:
         """Put names in the place of the values of free params, and of those that depend on them."""

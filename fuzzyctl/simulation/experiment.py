@@ -31,7 +31,7 @@ from fuzzyctl.simulation.equations import LoopEquations, with_calls
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.fmu_plant import FmuPlant, require_fixed
 from fuzzyctl.simulation.judgement import Judgement
-from fuzzyctl.simulation.loop_params import Ranges, block_params, params_of
+from fuzzyctl.simulation.loop_params import Ranges, block_params, settable_of
 from fuzzyctl.simulation.python_plant import PythonPlant
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.source import (
@@ -72,8 +72,9 @@ class Experiment(Displayed):
         loop: A well-formed loop.
         backend: "numba"; "python" for generated Python; "auto" for numba where it can be imported, but for loops that
             take it longer than most programs run.
-        free: Params whose values are arguments of `run`: `BLOCK.PARAM`, or `PARAM` of the loop; `BLOCK.INSTANCE.PARAM`
-            if a controller has controllers inside.
+        free: Numbers whose values are arguments of `run`: params, as `BLOCK.PARAM`, or `PARAM` of the loop, or
+            `BLOCK.INSTANCE.PARAM` if a controller has controllers inside; starts of states, as `BLOCK.STATE`;
+            disturbances, which are then constant.
         algorithm: How systems are computed, see `compile`.
         record_calls: Whether runs record the inputs of systems, too, as `BLOCK.SYSTEM.INPUT`.
 
@@ -96,14 +97,14 @@ class Experiment(Displayed):
             raise ArgumentError(f"expected a Loop, got {type(loop).__name__}")
         loop = with_instance_params(loop, free)
         self.loop, self.backend = loop, _backend(backend, loop)
-        params = params_of(loop)
+        numbers = settable_of(loop)
         for name in free:
-            if name not in params:
-                raise UnknownNameError("param", name, tuple(params))
+            if name not in numbers:
+                raise UnknownNameError("param", name, tuple(numbers))
             if list(free).count(name) > 1:
                 raise ArgumentError(f"'{name}' cannot be free: it is given twice")
-        #: The free params with their values in the file.
-        self.nominal = {name: params[name] for name in free}
+        #: The free numbers with their values in the file.
+        self.nominal = {name: numbers[name] for name in free}
         require_fixed(loop, free)
         self._ranges = Ranges(loop, tuple(self.nominal))
         self.judgement = Judgement(loop)
@@ -116,6 +117,12 @@ class Experiment(Displayed):
         self._lags: dict[int, DeadTimes] = {}
         #: Columns of the record by name.
         self.positions = {name: k for k, name in enumerate(self.equations.signals)}
+        states = (self.equations.plant_states, self.equations.states)
+        #: Free starts by their positions in the vector of free numbers, and among the states of plants, of controllers.
+        self._starts = [
+            [(list(free).index(s.name), k) for k, s in enumerate(group) if s.name in free] for group in states
+        ]
+        self._arguments = [k for k, name in enumerate(free) if name in self.equations.free]
         plants = {p.name: p.results for p in loop.plants}
         #: Columns of the outputs of plants.
         self._outputs = [
@@ -176,7 +183,7 @@ class Experiment(Displayed):
         """Simulate the loop.
 
         Args:
-            values: Those of the free params in order, shape (free,); None for the values of the file.
+            values: Those of the free numbers in order, shape (free,); None for the values of the file.
             substeps: Steps of integration between two samples; more where a dead time is shorter than one.
             progress: Called now and then in a long run.
             seed: Draws each noise anew, from this and the seed of the noise; None for the draws of the file.
@@ -241,6 +248,10 @@ class Experiment(Displayed):
         elif self.equations.externals:
             chunk = 1  # so that all samples before a mistake are kept
         x, c, columns, buffers = self._state(given, lags)
+        for state, starts in zip((x, c), self._starts, strict=True):
+            for position, k in starts:
+                state[k] = float(free[position])
+        free = free[self._arguments]
         done = 0
         try:
             while done < self.samples:
@@ -331,7 +342,7 @@ class Stepper:
         """Return the signals at the present sample, shape (signals,), without going on.
 
         Args:
-            values: Those of the free params in order, shape (free,).
+            values: Those of the free numbers in order, shape (free,); starts come with `start`.
 
         Returns:
             The signals; a diagnostic if a state has left its range, or a plant in Python cannot be used.
@@ -346,7 +357,7 @@ class Stepper:
 
     def _made(self, values: Any, x: Any, c: Any, total: int) -> FloatArray | Diagnostic:
         experiment, k = self.experiment, self.sample
-        free, width = experiment._values(values), len(experiment.positions)
+        free, width = experiment._values(values)[experiment._arguments], len(experiment.positions)
         record: Any = np.empty(width) if experiment.backend == "numba" else [0.0] * width
         try:
             code = experiment._kernel(

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace as replaced
 from graphlib import TopologicalSorter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from fuzzyctl.expr import (
     Call,
@@ -22,9 +22,10 @@ from fuzzyctl.expr import (
     to_text,
     walk,
 )
+from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.model.block import Guarantee, ParamValues
 from fuzzyctl.model.forms import bound
-from fuzzyctl.model.loop import MEASURES, Loop
+from fuzzyctl.model.loop import MEASURES, Always, Loop
 from fuzzyctl.records import dataclass
 
 if TYPE_CHECKING:
@@ -32,21 +33,31 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     FloatArray = npt.NDArray[np.float64]
+    BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class Requirement:
-    """A claim about the measures of a run.
+    """A claim about the measures of a run, or about its samples.
 
     Args:
         text: As it was written.
         holds: Whether the run meets it.
-        facts: The measures that it names, with their values, and its tolerance.
+        verdict: The same in words; a run proves nothing of a claim about every instant of every member.
+        facts: The measures that it names, with their values, or those of its signals where it is broken first; its
+            tolerance.
     """
 
     text: str
     holds: bool
+    verdict: str
     facts: tuple[str, ...] = ()
+
+
+#: Verdicts on claims about measures, and about every instant; on one that a stopped run has not broken.
+MET: Final = {True: "met", False: "not met"}
+KEPT: Final = {True: "kept by this run", False: "broken"}
+OPEN: Final = "open, the run was stopped"
 
 
 class Judgement:
@@ -62,8 +73,9 @@ class Judgement:
     def __init__(self, loop: Loop) -> None:
         self._loop, self._params = loop, loop.param_values.values
         calls = [c for m in loop.measures for c in _calls(m.value)]
-        lets = {d.name for d in loop.definitions}
+        lets = {d.name for d in loop.signals}
         operands = dict.fromkeys(e for c in calls for e in _signals_of(c))
+        operands |= dict.fromkeys(e for g in loop.always for e in _operands(g.claim) if not isinstance(e, Number))
         self.signals = tuple(e for e in operands if not (isinstance(e, Name) and (e.name in lets or "." in e.name)))
 
     def measures(
@@ -93,10 +105,31 @@ class Judgement:
             values[name] = _number(replace(written[name], value), values)
         return {n: values[n] for n in written}
 
-    def requirements(self, measures: Mapping[str, float], free: Mapping[str, float]) -> tuple[Requirement, ...]:
-        """Return whether each requirement holds."""
-        names = self._values(free) | dict(measures)
-        return tuple(self._requirement(g, names, measures) for g in self._loop.requirements)
+    def requirements(
+        self,
+        measures: Mapping[str, float],
+        t: FloatArray,
+        signal: Callable[[Expr], FloatArray],
+        free: Mapping[str, float],
+        *,
+        stopped: bool,
+    ) -> tuple[Requirement, ...]:
+        """Return whether each requirement holds; none does in a run that was stopped.
+
+        Args:
+            measures: By name.
+            t: Times of the samples, shape (n,) [s].
+            signal: As for `measures`.
+            free: Values of free params.
+            stopped: Whether the run was stopped.
+        """
+        params = self._values(free)
+        names = params | dict(measures)
+        judged = [self._requirement(g, names, measures) for g in self._loop.requirements]
+        judged = [replaced(r, holds=False, verdict=MET[False]) for r in judged] if stopped else judged
+        kept = [_kept(g, t, signal, params) for g in self._loop.always]
+        kept = [replaced(r, holds=False, verdict=OPEN) if r.holds else r for r in kept] if stopped else kept
+        return (*judged, *kept)
 
     def _values(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return the values of all params, those that depend on free ones included."""
@@ -108,7 +141,65 @@ class Judgement:
         used = dict.fromkeys(n.name for n in names_in(g.claim) if n.name in measures)
         facts = tuple(f"{n} = none" if math.isnan(measures[n]) else f"{n} = {measures[n]:.6g}" for n in used)
         tolerance = () if g.within is None else (f"within {within:.6g}",)
-        return Requirement(to_text(g.claim), _truth(g.claim, names, within) is True, facts + tolerance)
+        holds = _truth(g.claim, names, within) is True
+        return Requirement(to_text(g.claim), holds, MET[holds], facts + tolerance)
+
+
+def _kept(g: Always, t: FloatArray, signal: Callable[[Expr], FloatArray], params: Mapping[str, float]) -> Requirement:
+    """Judge a claim about every instant at the samples of a run; one without a value there is broken."""
+    import numpy as np
+
+    from fuzzyctl.simulation.measures import between
+
+    begin, end, within = (default if e is None else evaluate(e, params)
+                          for e, default in ((g.begin, 0.0), (g.end, math.inf), (g.within, 0.0)))  # fmt: skip
+    holds, _ = _truths(g.claim, signal, within)
+    broken = np.flatnonzero(between(t, begin, end) & ~holds)
+    facts: tuple[str, ...] = ()
+    if len(broken):
+        k = int(broken[0])
+        reads = dict.fromkeys(e for e in _operands(g.claim) if not isinstance(e, Number))
+        values = [f"{to_text(e)} = {float(signal(e)[k]):.6g}" for e in reads if to_text(e) not in params]
+        facts = (f"at t = {float(t[k]):.6g} s", *values)
+    return Requirement(guarantee_text(g), not facts, KEPT[not facts], facts)
+
+
+def _operands(claim: Expr) -> Iterator[Expr]:
+    """Yield the expressions that a condition compares, and those that hold by themselves."""
+    match claim:
+        case Logic(operands=operands):
+            for operand in operands:
+                yield from _operands(operand)
+        case Compare(left=left, right=right):
+            yield from (left, right)
+        case _:
+            yield claim
+
+
+def _truths(claim: Expr, signal: Callable[[Expr], FloatArray], within: float) -> tuple[BoolArray, BoolArray]:
+    """Return where a condition surely holds, and where it surely does not, each of shape (n,); neither for NaN."""
+    match claim:
+        case Logic(op="not", operands=(operand,)):
+            holds, fails = _truths(operand, signal, within)
+            return fails, holds
+        case Logic(op=op, operands=(first, *rest)):
+            holds, fails = _truths(first, signal, within)
+            for operand in rest:
+                more_holds, more_fails = _truths(operand, signal, within)
+                is_and = op == "and"
+                holds = holds & more_holds if is_and else holds | more_holds
+                fails = fails | more_fails if is_and else fails & more_fails
+            return holds, fails
+        case Compare(op=op, left=left, right=right):
+            a, b = signal(left), signal(right)
+            if op in (">", ">="):
+                a, b, op = b, a, "<" if op == ">" else "<="
+            if op in ("<", "<="):
+                return (a < b + within, a >= b + within) if op == "<" else (a <= b + within, a > b + within)
+            near, far = (a <= b + within) & (b <= a + within), (a > b + within) | (b > a + within)
+            return (near, far) if op == "==" else (far, near)
+    value = signal(claim)
+    return (value < 0.0) | (value > 0.0), value == 0.0
 
 
 def _calls(expr: Expr) -> list[Call]:

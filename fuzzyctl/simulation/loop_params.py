@@ -11,9 +11,9 @@ from fuzzyctl.expr import Expr, Keyword, Number, evaluate, names_in
 from fuzzyctl.model.block import Param, ParamValues
 from fuzzyctl.model.checks.blocks import numbers_of_all
 from fuzzyctl.model.checks.terms import has_computed_params, outside_ranges
-from fuzzyctl.model.controller import Controller, Instance
+from fuzzyctl.model.controller import Controller, Instance, State
 from fuzzyctl.model.instance_params import with_instance_params
-from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.loop import Disturbance, Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.support.arguments import is_finite
@@ -43,9 +43,24 @@ def params_of(loop: Loop) -> dict[str, float]:
     return values
 
 
-def all_params(loop: Loop) -> dict[str, float]:
-    """Return the values of all params, those of controllers inside controllers too: `BLOCK.INSTANCE.PARAM`."""
-    return params_of(with_instance_params(loop, loop.instance_params))
+def starts_of(loop: Loop) -> dict[str, float]:
+    """Return the starts of the states of controllers and plants, by `BLOCK.STATE`."""
+    values: dict[str, float] = {}
+    for instance in loop.instances:
+        block, params = loop.callee(instance), block_params(loop, instance)
+        values |= {f"{instance.name}.{s.name}": evaluate(s.start, params) for s in block.states}
+    return values
+
+
+def settable_of(loop: Loop) -> dict[str, float]:
+    """Return all numbers that can be set: params, starts of states, and the nominal values of disturbances."""
+    nominal = {d.name: evaluate(d.nominal, loop.param_values.values) for d in loop.disturbances}
+    return params_of(loop) | nominal | starts_of(loop)
+
+
+def all_settable(loop: Loop) -> dict[str, float]:
+    """Return the same, with the params of controllers inside controllers: `BLOCK.INSTANCE.PARAM`."""
+    return settable_of(with_instance_params(loop, loop.instance_params))
 
 
 def timing_params(loop: Loop) -> set[str]:
@@ -76,24 +91,25 @@ def _depends(params: Sequence[Param], values: Sequence[Expr]) -> set[str]:
 
 
 def short_names(loop: Loop) -> dict[str, str]:
-    """Return the full names of all params by the names that they may be given by.
+    """Return the full names of all numbers that can be set by the names that they may be given by.
 
     `BLOCK.PARAM` is also `PARAM` where the loop and its other blocks have none of that name.
     """
     full = list(params_of(loop))
     outer = [name for name in full if name.count(".") <= 1]
     last = [name.rpartition(".")[2] for name in outer]
-    return {name: name for name in full} | {n: f for n, f in zip(last, outer, strict=True) if last.count(n) == 1}
+    short = {n: f for n, f in zip(last, outer, strict=True) if last.count(n) == 1}
+    return {name: name for name in full} | short | {name: name for name in settable_of(loop)}
 
 
 def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
-    """Return a loop with some params set to numbers.
+    """Return a loop with some params, starts and nominal values set to numbers.
 
     Raises:
-        UnknownNameError: For a name of no param, or of several.
+        UnknownNameError: For a name of none of them, or of several.
         ValueOutOfBoundsError: For a value that is not a finite number.
-        DiagnosticError: For values outside of the ranges of their params, or of those that follow from them, and for
-            other errors of `check` with such numbers, such as a period that is not positive.
+        DiagnosticError: For values outside of their ranges, or of those that follow from them, and for other errors of
+            `check` with such numbers, such as a period that is not positive.
     """
     changed = within_ranges(loop, values)
     mistakes = list(numbers_of_all(changed))
@@ -103,12 +119,12 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
 
 
 def within_ranges(loop: Loop, values: Mapping[str, float]) -> Loop:
-    """Return a loop with some params set to numbers; only their ranges are checked, which is quick.
+    """Return the same; only the ranges are checked, which is quick.
 
     Raises:
-        UnknownNameError: For a name of no param, or of several.
+        UnknownNameError: For a name of none of them, or of several.
         ValueOutOfBoundsError: For a value that is not a finite number.
-        DiagnosticError: For values outside of the ranges of their params, or of those that follow from them.
+        DiagnosticError: For values outside of their ranges, or of those that follow from them.
     """
     loop = with_instance_params(loop, values)  # which has the params of controllers inside by name
     names = short_names(loop)
@@ -126,18 +142,39 @@ def within_ranges(loop: Loop, values: Mapping[str, float]) -> Loop:
 
 
 def _changed(loop: Loop, settings: Mapping[str, float]) -> Loop:
-    """Return a loop with params of full names set to numbers, unchecked."""
+    """Return a loop with numbers of full names set, unchecked."""
+    starts = {name: settings[name] for name in starts_of(loop) if name in settings}
     params = tuple(replace(p, expression=Number(settings[p.name])) if p.name in settings else p for p in loop.params)
-    instances = tuple(instance.with_values(settings) for instance in loop.instances)
-    return with_shared(replace(loop, params=params, instances=instances), settings)
+    nominal = (replace(d, nominal=Number(settings[d.name])) if d.name in settings else d for d in loop.disturbances)
+    values = {name: value for name, value in settings.items() if name not in starts}
+    instances = tuple(instance.with_values(values) for instance in loop.instances)
+    changed = replace(loop, params=params, disturbances=tuple(nominal), instances=instances)
+    return with_shared(_with_starts(changed, starts), settings)
+
+
+def _with_starts(loop: Loop, starts: Mapping[str, float]) -> Loop:
+    """Return a loop with other starts of states; a block that several instances are of is copied."""
+    for instance in loop.instances if starts else ():
+        block = loop.callee(instance)
+        values = {s.name: starts.get(f"{instance.name}.{s.name}") for s in block.states}
+        if all(value is None for value in values.values()):
+            continue
+        states = (replace(s, start=Number(v)) if (v := values[s.name]) is not None else s for s in block.states)
+        is_shared = [i.controller for i in loop.instances].count(block.name) > 1
+        name = f"{instance.name}.{block.name.rpartition('.')[2]}" if is_shared else block.name
+        changed, kind = replace(block, name=name, states=tuple(states)), f"{block.kind}s"
+        blocks = (*(b for b in getattr(loop, kind) if b.name != name), changed)
+        instances = tuple(replace(i, controller=name) if i is instance else i for i in loop.instances)
+        loop = replace(loop, instances=instances, **{kind: blocks})
+    return loop
 
 
 class Ranges:
-    """Ranges of free params, checked at each run.
+    """Ranges of free numbers, checked at each run.
 
     Args:
         loop: The loop.
-        names: Full names of params.
+        names: Full names of params, starts and disturbances.
     """
 
     def __init__(self, loop: Loop, names: tuple[str, ...]) -> None:
@@ -173,11 +210,15 @@ class Ranges:
             raise ValueOutOfBoundsError(f"{o.what} under these free numbers", o.value, f"in {o.text}")
 
 
-def _declared(loop: Loop, name: str, settings: Mapping[str, float]) -> tuple[Param, dict[str, float]]:
-    """Return the param of a full name, and the values of all params beside it under some settings."""
-    block, dot, short = name.partition(".") if "." in name else ("", "", name)
+def _declared(
+    loop: Loop, name: str, settings: Mapping[str, float]
+) -> tuple[Param | State | Disturbance, dict[str, float]]:
+    """Return the declaration of a full name, and the values of the params of its block under some settings."""
+    block, dot, _ = name.partition(".") if "." in name else ("", "", name)
     instance = next((i for i in loop.instances if i.name == block), None)
-    owner = loop if instance is None else blocks_of(loop)[instance.controller]
+    declared = loop.declared(name)
+    assert declared is not None, "only known names are free"
+    owner, item = declared
     values = loop.param_values.values if instance is None else block_params(loop, instance)
     changed = {p.name: settings[block + dot + p.name] for p in owner.params if block + dot + p.name in settings}
-    return next(p for p in owner.params if p.name == short), values | changed
+    return item, values | changed

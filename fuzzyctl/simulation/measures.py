@@ -90,6 +90,13 @@ def measured(name: str, t: FloatArray, signals: tuple[FloatArray, ...], settings
     return _MEASURES[name](Window(t, signals, settings))
 
 
+def between(t: FloatArray, begin: float, end: float) -> npt.NDArray[np.bool_]:
+    """Return which samples lie from a time to another one, a hair beside them included, shape (n,)."""
+    beside = BESIDE * float(t[1] - t[0]) if len(t) > 1 else 0.0
+    mask: npt.NDArray[np.bool_] = (t >= begin - beside) & (t <= end + beside)
+    return mask
+
+
 def overshoot(w: Window) -> float:
     """Return how far the signal goes beyond the last value of the reference, as a part of the step to it."""
     return max(float(np.max(w.progress)) - 1.0, 0.0) if w.jump == w.jump else math.nan

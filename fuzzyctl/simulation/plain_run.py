@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Final
@@ -73,8 +73,11 @@ class PlainRun:
     @cached_property
     def requirements(self) -> tuple[Requirement, ...]:
         """Whether each requirement holds; none does in a run that was stopped."""
-        verdicts = Judgement(self.loop).requirements(self.measures, {})
-        return tuple(replace(r, holds=False) for r in verdicts) if self.stopped else verdicts
+        import numpy as np
+
+        judgement, times = Judgement(self.loop), np.array(self.t)
+        signal, stopped = lambda e: np.array(self.signal(e)), bool(self.stopped)
+        return judgement.requirements(self.measures, times, signal, {}, stopped=stopped)
 
 
 def plain_run(loop: Loop, most: int = MOST, *, record_calls: bool = False) -> PlainRun:

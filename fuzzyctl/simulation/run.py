@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -108,8 +108,8 @@ class Run(Displayed):
     @cached_property
     def requirements(self) -> tuple[Requirement, ...]:
         """Whether each requirement holds; none does in a run that was stopped."""
-        verdicts = self.judgement.requirements(self.measures, self.params)
-        return verdicts if self.stopped is None else tuple(replace(r, holds=False) for r in verdicts)
+        stopped = self.stopped is not None
+        return self.judgement.requirements(self.measures, self.t, self.signal, self.params, stopped=stopped)
 
     @property
     def passed(self) -> bool:

@@ -63,7 +63,8 @@ def simulate(
         substeps: Steps of RK4 between two samples.
         progress: Called now and then with the number of samples done, and of all.
         record_calls: Whether the inputs of systems are recorded, too, as `BLOCK.SYSTEM.INPUT`.
-        params: Values of params of the loop, or of its blocks: `BLOCK.PARAM`, or `PARAM` where no other block has it.
+        params: Values of params of the loop, or of its blocks: `BLOCK.PARAM`, or `PARAM` where no other block has it;
+            starts of states, as `BLOCK.STATE`, and values of disturbances.
 
     Returns:
         The run; its `error` holds the largest difference of each state from a run with half the step, or a tenth of
@@ -158,7 +159,7 @@ def solved(
         what = "dead time" if equations.delays else "a plant in Python" if in_python else "an FMU"
         raise ArgumentError(f"a loop with {what} takes the solver RK4, not {solver}")
     sample, derivative = (_function(p) for p in (experiment.programs.sample, experiment.programs.derivative))
-    free = list(experiment.nominal.values())
+    free = [value for name, value in experiment.nominal.items() if name in equations.free]
     x = np.array([s.start for s in equations.plant_states], dtype=np.float64)
     c = [s.start for s in equations.states]
     width, input_count = len(equations.signals), len(experiment.programs.held)
@@ -185,7 +186,7 @@ def solved(
                 progress(done, experiment.samples)
     except KeyboardInterrupt:
         stopped = interrupted(experiment.loop, done * experiment.step)
-    return experiment.result(record[:done], np.array(free), 0, stopped, solver)
+    return experiment.result(record[:done], np.array(list(experiment.nominal.values())), 0, stopped, solver)
 
 
 def _function(program: Program) -> Callable[[list[float], list[float]], list[float]]:

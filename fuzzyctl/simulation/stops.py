@@ -172,7 +172,7 @@ def _shown(name: str, run: Run) -> tuple[str, Span | None]:
 
 
 def _span_of_signal(loop: Loop, name: str) -> Span | None:
-    spans = {d.name: d.span for d in loop.definitions} | {i.name: i.span for i in loop.instances}
+    spans = {d.name: d.span for d in loop.signals} | {i.name: i.span for i in loop.instances}
     return spans.get(name) or spans.get(name.partition(".")[0]) or loop.span
 
 
@@ -195,7 +195,7 @@ def _origins(
         In order of time, outputs of blocks first, one of each block.
     """
     first = {name: int(np.argmax(bad[:, k])) for name, k in positions.items() if bad[:, k].any()}
-    read = {f"#{k}": e for k, e in enumerate(judged)} | {d.name: d.value for d in loop.definitions}
+    read = {f"#{k}": e for k, e in enumerate(judged)} | {d.name: d.value for d in loop.signals}
     sources = {name: [n.name for n in names_in(e)] for name, e in read.items()}
     block_of: dict[str, str] = {}
     for instance in loop.instances:

@@ -22,7 +22,7 @@ from fuzzyctl.experiments.value_errors import show
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.block import Param
 from fuzzyctl.model.loop import Loop, Measure
-from fuzzyctl.simulation.loop_params import all_params, short_names, within_ranges
+from fuzzyctl.simulation.loop_params import all_settable, short_names, within_ranges
 from fuzzyctl.support.shipped import files_in, place_of, read_source, recorded
 
 #: Key of the number by which a run draws its noise anew.
@@ -52,7 +52,7 @@ class LoopFiles:
     @cached_property
     def params(self) -> dict[str, dict[str, float]]:
         """The values of all params of each loop, by its label and their full names."""
-        return {label: all_params(loop) for label, loop in self.loops.items()}
+        return {label: all_settable(loop) for label, loop in self.loops.items()}
 
     @cached_property
     def names(self) -> dict[str, str]:

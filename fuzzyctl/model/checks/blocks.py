@@ -95,8 +95,8 @@ def _written_numbers(block: EquationBlock, params: ParamValues) -> Iterator[Diag
         yield from _functions(block, params)
 
 
-def _computed(expr: Expr, params: ParamValues) -> float | Diagnostic | None:
-    """Return the value of an expression over params, None where a param that it needs has none."""
+def computed(expr: Expr, params: ParamValues) -> float | Diagnostic | None:
+    """Return the value of an expression over params or its mistake, None where a param that it needs has none."""
     if params.lacks(expr):
         return None
     try:
@@ -114,10 +114,10 @@ def _constants(block: EquationBlock, params: ParamValues) -> Iterator[Diagnostic
     for _, expr, parameters in expressions(block):
         is_known = (names - parameters).__contains__
         for constant in constants(expr, is_known):
-            value = _computed(constant, values)
+            value = computed(constant, values)
             yield from [value] if isinstance(value, Diagnostic) else []
         for quotient, divisor in quotients(expr, is_known):
-            if _computed(divisor, values) == 0.0:
+            if computed(divisor, values) == 0.0:
                 yield Diagnostic("FZ307", DIVISION, span_of(quotient), help=REPAIRS[DIVISION])
         for call in walk(expr) if systems else ():
             if isinstance(call, Call) and call.function in systems:
@@ -134,14 +134,14 @@ def expressions(block: EquationBlock) -> Iterator[tuple[str, Expr, set[str]]]:
     claims = block.guarantees
     if isinstance(block, Loop):
         nameless += [m.value for m in block.measures]
-        claims = block.requirements
+        claims = (*block.requirements, *block.guarantees)
     nameless += [e for c in claims for e in (c.claim, c.when) if e is not None]
     yield from ((d.name, d.value, set()) for d in (*block.definitions, *block.changes))
     yield from (("", expr, set()) for expr in nameless)
 
 
 def _positive(what: str, expr: Expr | None, params: ParamValues, help_text: str) -> Iterator[Diagnostic]:
-    value = None if expr is None else _computed(expr, params)
+    value = None if expr is None else computed(expr, params)
     if isinstance(value, Diagnostic):
         yield value
     elif value is not None and expr is not None and not 0 < value < math.inf:
@@ -150,7 +150,7 @@ def _positive(what: str, expr: Expr | None, params: ParamValues, help_text: str)
 
 
 def _tolerance(expr: Expr | None, params: ParamValues) -> Iterator[Diagnostic]:
-    value = None if expr is None else _computed(expr, params)
+    value = None if expr is None else computed(expr, params)
     if isinstance(value, Diagnostic):
         yield value
     elif value is not None and expr is not None and not 0.0 <= value < math.inf:
@@ -158,14 +158,15 @@ def _tolerance(expr: Expr | None, params: ParamValues) -> Iterator[Diagnostic]:
         yield Diagnostic("FZ302", f"the tolerance is {what}", span_of(expr), help="write a small number >= 0")
 
 
-def _ends(bounds: Bounds, params: ParamValues) -> tuple[float, float] | None:
-    low, high = (_computed(e, params) for e in (bounds.lower, bounds.upper))
+def ends_of(bounds: Bounds, params: ParamValues) -> tuple[float, float] | None:
+    """Return the ends of a range over params, None if one of them has no value."""
+    low, high = (computed(e, params) for e in (bounds.lower, bounds.upper))
     return (low, high) if isinstance(low, float) and isinstance(high, float) else None
 
 
 def _range(name: str, bounds: Bounds, params: ParamValues) -> Iterator[Diagnostic]:
-    ends = _ends(bounds, params)
-    yield from (e for e in (_computed(x, params) for x in (bounds.lower, bounds.upper)) if isinstance(e, Diagnostic))
+    ends = ends_of(bounds, params)
+    yield from (e for e in (computed(x, params) for x in (bounds.lower, bounds.upper)) if isinstance(e, Diagnostic))
     if ends is not None and not ends[0] < ends[1]:
         message = f"the range of '{name}' is empty: {ends[0]:g} is not below {ends[1]:g}"
         yield Diagnostic("FZ304", message, bounds.span, help="put the smaller end first")
@@ -173,7 +174,7 @@ def _range(name: str, bounds: Bounds, params: ParamValues) -> Iterator[Diagnosti
 
 def _within(what: str, expr: Expr, bounds: Bounds | None, params: ParamValues) -> Iterator[Diagnostic]:
     """Report a number outside of its range."""
-    value = _computed(expr, params)
+    value = computed(expr, params)
     if isinstance(value, Diagnostic):
         if not what.startswith("param"):  # whose values are reported before
             yield value
@@ -183,7 +184,7 @@ def _within(what: str, expr: Expr, bounds: Bounds | None, params: ParamValues) -
 
 def outside(what: str, value: float, span: Span | None, bounds: Bounds, params: ParamValues) -> Iterator[Diagnostic]:
     """Report a value outside of a range whose ends are over params."""
-    ends = _ends(bounds, params)
+    ends = ends_of(bounds, params)
     if ends is None or not ends[0] < ends[1]:
         return
     if not bounds.holds(value, *ends):
@@ -210,7 +211,7 @@ def _instance(
     names = {p.name for p in callee.params}
     arguments = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword) and a.name in names}
     arguments = {name: e for name, e in arguments.items() if not any(n.name in reported for n in names_in(e))}
-    results = {name: _computed(e, params) for name, e in arguments.items()}
+    results = {name: computed(e, params) for name, e in arguments.items()}
     yield from (value for value in results.values() if isinstance(value, Diagnostic))
     numbers = {name: value for name, value in results.items() if isinstance(value, float)}
     written = callee.name.rpartition(".")[2]  # before it, if it became a separate one: see instance_params
@@ -227,7 +228,7 @@ def _instance(
 def _called(call: Call, system: FuzzySystem, params: ParamValues) -> Iterator[Diagnostic]:
     """Check the params that a call of a system sets."""
     arguments = {a.name: a.value for a in call.arguments if isinstance(a, Keyword)}
-    numbers = {name: value for name, e in arguments.items() if isinstance(value := _computed(e, params), float)}
+    numbers = {name: value for name, e in arguments.items() if isinstance(value := computed(e, params), float)}
     inner = [replace(p, expression=Number(numbers[p.name])) if p.name in numbers else p for p in system.params]
     values = ParamValues(inner, partial=True)
     for param in inner:
@@ -247,7 +248,7 @@ def _dead_times(plant: Plant, params: ParamValues) -> Iterator[Diagnostic]:
             if not (isinstance(call, Call) and call.function in PLANT_FUNCTIONS):
                 continue
             arguments = bound(PLANT_FUNCTIONS[call.function], call)
-            value = _computed(arguments["time"], params)
+            value = computed(arguments["time"], params)
             if isinstance(value, Diagnostic):
                 yield value
             elif value is not None and not 0 <= value < math.inf:
@@ -258,7 +259,7 @@ def _dead_times(plant: Plant, params: ParamValues) -> Iterator[Diagnostic]:
 
 def _finite_start(what: str, start: Expr, params: ParamValues) -> Iterator[Diagnostic]:
     """Report the start of a continuous state that has no finite value."""
-    value = _computed(start, params)
+    value = computed(start, params)
     if isinstance(value, Diagnostic):
         yield value
     elif value is not None and math.isinf(value):
@@ -272,8 +273,8 @@ def _run(loop: Loop, params: ParamValues) -> Iterator[Diagnostic]:
         *_positive("the step", loop.step, params, "write a time, such as: run 50 s step 10 ms"),
     ]
     yield from mistakes
-    duration = _computed(loop.duration, params)
-    step = None if loop.step is None else _computed(loop.step, params)
+    duration = computed(loop.duration, params)
+    step = None if loop.step is None else computed(loop.step, params)
     if mistakes or not isinstance(duration, float) or not isinstance(step, float) or loop.step is None:
         return
     if step > duration:
@@ -302,7 +303,7 @@ def _functions(loop: Loop, params: ParamValues) -> Iterator[Diagnostic]:
 def _times(call: Call, params: ParamValues) -> Iterator[Diagnostic]:
     before: float | None = None
     for pair in pairs_of(call):
-        key, value = _computed(pair.key, params), _computed(pair.value, params)
+        key, value = computed(pair.key, params), computed(pair.value, params)
         yield from (v for v in (key, value) if isinstance(v, Diagnostic))
         if isinstance(key, float) and before is not None and not key > before:
             message = f"the times of '{call.function}' do not ascend: {key:g} s follows {before:g} s"
@@ -315,7 +316,7 @@ def _settings(call: Call, params: ParamValues) -> Iterator[Diagnostic]:
     name = call.function
     form = (SIGNALS | MEASURES)[name]
     arguments = bound(form, call)
-    results = {s: _computed(arguments[s], params) for s in form.settings if s in arguments and s not in form.texts}
+    results = {s: computed(arguments[s], params) for s in form.settings if s in arguments and s not in form.texts}
     yield from (v for v in results.values() if isinstance(v, Diagnostic))
     values = {s: v for s, v in results.items() if isinstance(v, float)}
     for setting, value in values.items():
@@ -352,6 +353,7 @@ def unread_names(block: EquationBlock) -> Iterator[Diagnostic]:
         ahead += names
     kinds: list[tuple[str, Sequence[Param | Definition | Signal]]] = [("param", block.params)]
     kinds += [("let", block.definitions)]
+    kinds += [("disturbance", block.disturbances)] if isinstance(block, Loop) else []
     kinds += [("input", block.inputs), ("state", block.states)]
     # States of transfer functions and matrices are not written.
     unread = {d.name: (kind, d) for kind, items in kinds for d in items if d.name not in live and d.span is not None}
@@ -372,6 +374,9 @@ def _settings_of_calls(block: EquationBlock) -> Iterator[tuple[str, Expr, set[st
     settings: list[tuple[str, Expr | None]] = [(p.name, p.expression) for p in block.params]
     if isinstance(block, Loop):
         settings += [("", block.duration), ("", block.step), *(("", r.within) for r in block.requirements)]
+        settings += [(d.name, d.nominal) for d in block.disturbances]
+        settings += [("", e) for g in block.always for e in (g.begin, g.end)]
+        ranges += [("", bounds) for bounds in block.family.values()]
     ranges += [(s.name, s.bounds) for s in (*block.inputs, *block.states)] + [("", r.bounds) for r in block.outputs]
     settings += [(s.name, s.start) for s in block.states]
     # A range of a state is a claim, and a run stops where a plant leaves it.

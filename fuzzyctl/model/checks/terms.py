@@ -17,6 +17,7 @@ from fuzzyctl.model.block import Bounds, ParamValues
 from fuzzyctl.model.checks.partitions import spoilt_partitions
 from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.controller import EquationBlock, Instance
+from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.method import DEFUZZIFIERS, MAXIMA, TSUKAMOTO, Defuzzifier
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
@@ -309,9 +310,11 @@ def outside_ranges(block: EquationBlock, given: Mapping[str, float], path: str =
     """
     changed = [replace(p, expression=Number(given[p.name])) if p.name in given else p for p in block.params]
     params = ParamValues(changed, partial=True)
+    disturbances = block.disturbances if isinstance(block, Loop) else ()
     chosen = [(f"param '{path}{p.name}'", p.expression, p.bounds) for p in changed if p.name in given]
     others = [(f"param '{path}{p.name}'", p.expression, p.bounds) for p in changed if p.name not in given]
     others += [(f"the start of state '{path}{s.name}'", s.start, s.bounds) for s in block.states]
+    others += [(f"disturbance '{path}{d.name}'", d.nominal, d.bounds) for d in disturbances]
     results = [*_outside(chosen, params)] or [*_outside(others, params)]
     yield from results
     if results:

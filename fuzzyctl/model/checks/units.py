@@ -226,9 +226,13 @@ def unlike_block_units(block: EquationBlock) -> Iterator[Diagnostic]:
     """Find quantities of different units that a block compares, adds, connects, or gives to a name."""
     units = Units({p.name: p.unit for p in block.params}, {})
     for instance in block.instances:
-        units.of |= {f"{instance.name}.{r.name}": r.unit for r in block.callee(instance).outputs}
+        callee = block.callee(instance)
+        signals = (*callee.inputs, *callee.states, *callee.outputs)
+        units.of |= {f"{instance.name}.{s.name}": s.unit for s in signals}
     units.of |= {s.name: s.unit for s in (*block.inputs, *block.states, *block.outputs)}
     units.arguments = {s.name: [i.unit for i in s.inputs] for s in block.systems}
+    if isinstance(block, Loop):
+        units.of |= {d.name: d.unit for d in block.disturbances}
     _define(units, block.definitions, block.systems)
     for result in block.outputs:
         units.define(result.name, result.value)
@@ -242,6 +246,8 @@ def unlike_block_units(block: EquationBlock) -> Iterator[Diagnostic]:
     for loop_measure in block.measures if isinstance(block, Loop) else ():
         units.of.setdefault(loop_measure.name, loop_measure.unit)
         units.define(loop_measure.name, loop_measure.value)
+    for guarantee in block.always if isinstance(block, Loop) else ():
+        units.unit(guarantee.claim)
     yield from {(d.message, d.span): d for d in units.mistakes}.values()
 
 

@@ -8,11 +8,11 @@ function verdictList(verdicts, go) {
     if (verdicts.length === 0) {
         return [];
     }
-    const marks = { proved: "✓", met: "✓", refuted: "✗", "not met": "✗", undecided: "?" };
+    const marks = { proved: "✓", met: "✓", "kept by this run": "✓", refuted: "✗", "not met": "✗", broken: "✗" };
     const kinds = { "✓": "holds", "✗": "fails", "?": "undecided" };
     const leads = (point) => (point ? [" ", pushButton("go to the counterexample", () => go(point))] : []);
     const items = verdicts.map(([word, claim, note, point]) => element("li", {},
-        element("strong", { className: kinds[marks[word]] }, `${marks[word]} ${word}: `),
+        element("strong", { className: kinds[marks[word] ?? "?"] }, `${marks[word] ?? "?"} ${word}: `),
         element("code", {}, claim), note ? ` (${note})` : "", ...leads(point)));
     return [element("ul", { className: "verdicts" }, ...items)];
 }

@@ -1,0 +1,121 @@
+"""Families of loops: their mistakes, and their members."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.expr import span_of
+from fuzzyctl.model.block import Bounds, Param, ParamValues
+from fuzzyctl.model.checks.blocks import computed, ends_of
+from fuzzyctl.model.checks.terms import inside
+from fuzzyctl.model.loop import Always, Disturbance, Loop, Varied
+from fuzzyctl.model.shared_params import with_values
+from fuzzyctl.simulation.loop_params import timing_params
+
+#: Most numbers in which the members of a family differ.
+MOST_VARIED: Final = 12
+
+
+def mistakes(loop: Loop, params: ParamValues) -> Iterator[Diagnostic]:
+    """Check the family of a loop and the times of its claims, as far as its params have values."""
+    items: tuple[Varied | Disturbance, ...] = (*loop.varied, *loop.disturbances)
+    if len(items) > MOST_VARIED:
+        message = f"the members of the family differ in {len(items)} numbers, more than {MOST_VARIED}"
+        help_text = "keep the 'for' and 'disturbance' lines that matter most"
+        yield Diagnostic("FZ112", message, items[MOST_VARIED].span, help=help_text)
+    timing = timing_params(loop) if loop.varied else set()
+    owners = {i.name: with_values(block, values).param_values for i, block, values in inside(loop, params)}
+    for item in items:
+        ends = ends_of(item.bounds, params)
+        faults = list(_range(item, ends, params))
+        yield from faults
+        if item.name in timing:
+            message = f"'{item.name}' cannot differ between members: the sample times or the duration depend on it"
+            yield Diagnostic("FZ214", message, item.span, help="remove the line, or give these times numbers")
+        elif ends is not None and not faults:
+            values = owners.get(item.name.partition(".")[0], params) if "." in item.name else params
+            yield from _within(loop, item, ends, values)
+    for claim in loop.always:
+        yield from _times(claim, params)
+
+
+def _range(item: Varied | Disturbance, ends: tuple[float, float] | None, params: ParamValues) -> Iterator[Diagnostic]:
+    """Check the range of a number of a family; one number alone is a range, too."""
+    bounds = item.bounds
+    yield from (e for e in (computed(x, params) for x in (bounds.lower, bounds.upper)) if isinstance(e, Diagnostic))
+    if ends is None:
+        return
+    low, high = ends
+    if low > high or (low == high and (bounds.without_lower or bounds.without_upper)):
+        message = f"the range of '{item.name}' is empty: {low:g} is not below {high:g}"
+        yield Diagnostic("FZ304", message, bounds.span, help="put the smaller end first")
+    elif math.isinf(low) or math.isinf(high):
+        message = f"the range of '{item.name}' is infinite"
+        facts = ("what is drawn, or proved for a family, has two finite ends",)
+        ends_text = f"{-1 if math.isinf(low) else low:g}, {1 if math.isinf(high) else high:g}"
+        help_text = f"write numbers, such as: in [{ends_text}]"
+        yield Diagnostic("FZ302", message, bounds.span, facts=facts, help=help_text)
+
+
+def _within(
+    loop: Loop, item: Varied | Disturbance, ends: tuple[float, float], values: ParamValues
+) -> Iterator[Diagnostic]:
+    """Check a range by the one that the state or param declares, and the value of the file by the range.
+
+    Args:
+        loop: The loop.
+        item: The number of the family.
+        ends: The ends of its range.
+        values: The params of the block that declares it.
+    """
+    found, bounds, text = loop.declared(item.name), item.bounds, item.bounds.text(*ends)
+    if found is None:
+        return
+    _, declared = found
+    expr = declared.expression if isinstance(declared, Param) else getattr(declared, "start", None) or declared.nominal
+    value = computed(expr, values)
+    if isinstance(value, Diagnostic):
+        if isinstance(item, Disturbance):
+            yield value
+        return
+    limits = None if declared.bounds is None or declared is item else ends_of(declared.bounds, values)
+    if limits is not None and declared.bounds is not None and not _holds(declared.bounds, limits, bounds, ends):
+        what = "param" if isinstance(declared, Param) else "state"
+        message = f"the range of '{item.name}' is {text}, outside of {declared.bounds.text(*limits)}"
+        place = declared.bounds.span
+        notes = () if place is None else (Note(place, f"the range of the {what} is declared here"),)
+        yield Diagnostic("FZ302", message, bounds.span, help="narrow it, or widen the declared range", notes=notes)
+    elif value is not None and not bounds.holds(value, *ends):
+        if isinstance(item, Disturbance):
+            message = f"the value of disturbance '{item.name}' is {value:g}, outside of {text}"
+            help_text = "give a value in the range, or widen the range"
+            yield Diagnostic("FZ302", message, span_of(item.nominal) or item.span, help=help_text)
+        else:
+            message = f"'{item.name}' is {value:g} in the file, outside of its family {text}"
+            facts = ("a plain run is no member of the family",)
+            help_text = f"widen the range, or give '{item.name}' a value in it"
+            yield Diagnostic("FZ214", message, item.span, "warning", facts, help_text)
+
+
+def _holds(outer: Bounds, limits: tuple[float, float], inner: Bounds, ends: tuple[float, float]) -> bool:
+    """Return whether a range lies within another one."""
+    low = outer.holds(ends[0], *limits) or (inner.without_lower and ends[0] == limits[0])
+    return low and (outer.holds(ends[1], *limits) or (inner.without_upper and ends[1] == limits[1]))
+
+
+def _times(claim: Always, params: ParamValues) -> Iterator[Diagnostic]:
+    """Check the times of a claim about every instant."""
+    values = [None if e is None else computed(e, params) for e in (claim.begin, claim.end)]
+    yield from (v for v in values if isinstance(v, Diagnostic))
+    begin, end = values
+    for word, time, expr in (("from", begin, claim.begin), ("until", end, claim.end)):
+        if isinstance(time, float) and expr is not None and not 0.0 <= time < math.inf:
+            why = "below 0" if time < 0 else "not finite"
+            message = f"'{word}' is {time:g} s, {why}"
+            yield Diagnostic("FZ302", message, span_of(expr), help=f"write a time, such as: {word} 20 s")
+    if isinstance(begin, float) and isinstance(end, float) and begin > end and claim.end is not None:
+        message = f"'until' is {end:g} s, before 'from', {begin:g} s"
+        yield Diagnostic("FZ304", message, span_of(claim.end), help="put the earlier time first")
