@@ -44,6 +44,7 @@ from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.model.block import Block, Guarantee
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.inlined_lets import inlined, named_lets
+from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import dataclass
 from fuzzyctl.support import arguments
@@ -82,7 +83,7 @@ Progress = Callable[[str, int, int], None]
 
 
 def prove(
-    path: str | os.PathLike[str] | FuzzySystem | Controller,
+    path: str | os.PathLike[str] | FuzzySystem | Controller | Loop,
     *,
     block: str | None = None,
     timeout: float = TIMEOUT,
@@ -119,23 +120,27 @@ def prove(
     if not isinstance(path, Block):
         from fuzzyctl.loading.load import block_name, chosen, opened
 
-        kinds: tuple[type[Any], ...] = (FuzzySystem, Controller)
+        kinds: tuple[type[Any], ...] = (FuzzySystem, Controller, Loop)
         return prove(chosen(opened(path), block_name(block), *kinds), timeout=timeout, progress=progress)
     prover = prover_of(path, timeout, progress)
     return Verdicts(prover.verdict(claim) for claim in prover.own)
 
 
 def prover_of(block: Block, timeout: float = TIMEOUT, progress: Progress | None = None) -> Any:
-    """Return the `Prover` of a system or the `ControllerProver` of a controller: `verdict` decides each claim in `own`.
+    """Return the prover of a system, a controller or a loop: `verdict` decides each claim in `own`.
 
     Raises:
         ArgumentError: For another block.
     """
     if isinstance(block, FuzzySystem):
         return Prover(block, timeout, progress)
+    if isinstance(block, Loop):
+        from fuzzyctl.analysis.reach.prover import LoopProver
+
+        return LoopProver(block, timeout, progress)
     from fuzzyctl.analysis.induction.prover import ControllerProver
 
-    controller = arguments.instance("the block", Controller, "a FuzzySystem or a Controller", block)
+    controller = arguments.instance("the block", Controller, "a FuzzySystem, a Controller or a Loop", block)
     return ControllerProver(controller, timeout, progress)
 
 

@@ -48,7 +48,7 @@ class Witness:
     def __str__(self) -> str:
         point = ", ".join(f"{n} = {v!r}" if self.in_full else f"{n} = {_digits(v)}" for n, v in self.point.items())
         values = ", ".join(f"{text} {'is' if ' = ' in text else '='} {v:.12g}" for text, v in self.sides)
-        return f"at {point}: {values}"
+        return f"at {point}: {values}" if values else f"at {point}" if point else "in the run of the file"
 
 
 def _digits(x: float) -> str:

@@ -172,9 +172,6 @@ class Block(Node, Printed):
     is_function: ClassVar[bool] = False
     #: Whether it is sampled, so that its equations give the next state, and claims are about every step.
     is_sampled: ClassVar[bool] = False
-    #: Why such a block has no claims to prove, an empty text for one that can have some.
-    unclaimed: ClassVar[str] = ""
-
     name: str
     title: str = ""
     citation: str = ""
@@ -212,6 +209,11 @@ class Block(Node, Printed):
     def parts(self) -> tuple[Block, ...]:
         """The blocks that it calls, each behind those that it calls itself, and at last the block."""
         return (self,)
+
+    @property
+    def unclaimed(self) -> str:
+        """Why the block has no claims to prove, an empty text for one that can have some."""
+        return ""
 
     @property
     def all_systems(self) -> tuple[Any, ...]:

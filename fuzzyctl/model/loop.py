@@ -82,7 +82,6 @@ class Loop(EquationBlock):
     """
 
     kind: ClassVar[str] = "loop"
-    unclaimed: ClassVar[str] = "runs decide the requirements of loops: fuzzyctl simulate"
 
     measures: tuple[Measure, ...] = ()
     requirements: tuple[Guarantee, ...] = ()
@@ -96,6 +95,11 @@ class Loop(EquationBlock):
         blocks = ", ".join(f"{i.name} = {i.controller}" for i in self.instances)
         judged = f"{counted(len(self.measures), 'measure')}, {counted(len(self.requirements), 'requirement')}"
         return printable(f"Loop({self.name}: {blocks}; {judged})")
+
+    @property
+    def unclaimed(self) -> str:
+        """Why the loop has no claims to prove, an empty text if it has some."""
+        return "" if self.guarantees else "runs decide the requirements of loops: fuzzyctl simulate"
 
     @property
     def signals(self) -> tuple[Definition, ...]:

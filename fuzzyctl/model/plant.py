@@ -28,12 +28,16 @@ class Plant(EquationBlock):
     """
 
     kind: ClassVar[str] = "plant"
-    unclaimed: ClassVar[str] = "plants make no claims"
 
     derivatives: tuple[Definition, ...] = ()
     python: str = ""
     fmu: str = ""
     calls: tuple[Callable[..., Any], ...] = ()
+
+    @property
+    def unclaimed(self) -> str:
+        """Why the block has no claims to prove."""
+        return "plants make no claims"
 
     @property
     def changes(self) -> tuple[Definition, ...]:

@@ -17,11 +17,16 @@ from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
 from fuzzyctl.analysis.reach.reach import ReachableSets, Step
 from fuzzyctl.analysis.reach.sets import Parallelotope, modes
 from fuzzyctl.analysis.reach.stability import Contraction, contraction
-from fuzzyctl.analysis.verdicts import Proved, Undecided, Verdict
-from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in, to_text
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
+from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in
+from fuzzyctl.formats.fz_strings import guarantee_text
+from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.loop import TIME, Always, Loop, Stable
 from fuzzyctl.simulation.equations import PlantState
 from fuzzyctl.simulation.expansion import loop_equations
+from fuzzyctl.simulation.judgement import KEPT, Requirement
+from fuzzyctl.simulation.loop_params import starts_of
+from fuzzyctl.simulation.members import Member, can_be_free, members, replayed, runs
 from fuzzyctl.simulation.sample_times import ALIGNED, sample_times
 
 #: Most boxes that a family is cut into, and boxes that are enclosed at once.
@@ -32,6 +37,9 @@ _SHOWN: Final = 3
 #: Numbers of periods at which a set is replaced by a parallelotope that later sets may lie in.
 _ANCHORS: Final = frozenset(round(100 * 1.6**k) for k in range(24))
 
+#: Members that are run to refute claims, and their time as a part of that of the proofs.
+DRAWN: Final = 64
+_RUNS: Final = 0.3
 #: Numbers of periods at which it is tried whether a set contracts.
 _LOOKS: Final = frozenset(round(30 * 1.5**k) for k in range(30))
 
@@ -83,12 +91,10 @@ class LoopProver:
     @cached_property
     def dimensions(self) -> list[Dimension]:
         """What varies over the family: params, then starts."""
-        from fuzzyctl.simulation.loop_params import varied_of
-
-        number = self.loop.number
+        number, starts = self.loop.number, starts_of(self.loop)
         dimensions = [
-            Dimension(v.name, number(v.bounds.lower), number(v.bounds.upper), state)
-            for v, state in varied_of(self.loop)
+            Dimension(v.name, number(v.bounds.lower), number(v.bounds.upper), v.name if v.name in starts else "")
+            for v in self.loop.varied
         ]
         return sorted(dimensions, key=lambda d: d.state != "")
 
@@ -110,8 +116,12 @@ class LoopProver:
     def verdict(self, claim: Always | Stable) -> Verdict:
         """Return the verdict on one of the claims in `own`."""
         position = next(k for k, c in enumerate(self.own) if c is claim)
+        if position in self._refuted:
+            return self._refuted[position]
         if position not in self._verdicts:
-            if isinstance(claim, Stable):
+            if self._unsuited:
+                self._verdicts[position] = Undecided(guarantee_text(claim), self._unsuited)
+            elif isinstance(claim, Stable):
                 self._verdicts[position] = self._stable()
             elif claim.forever:
                 self._verdicts[position] = self._forever(claim)
@@ -119,6 +129,49 @@ class LoopProver:
                 finite = {k: c for k, c in enumerate(self.own) if isinstance(c, Always) and not c.forever}
                 self._verdicts |= dict(zip(finite, self._for_a_time(list(finite.values())), strict=True))
         return replace(self._verdicts[position], span=claim.span)
+
+    @cached_property
+    def _unsuited(self) -> str:
+        """Why no set of the loop is enclosed, an empty text if it may be."""
+        if any(p.external for p in self.loop.plants):
+            return "a plant is a program, of which no enclosure is known"
+        params = [d.name for d in self.dimensions if not d.state]
+        fixed = [name for name in params if not can_be_free(self.loop, name)]
+        if fixed:
+            return f"'{fixed[0]}' cannot vary in a proof: a constant such as the start of a state depends on it"
+        equations = loop_equations(self.loop, free=params)
+        if equations.delays:
+            return "the loop has dead time, whose enclosure is not known"
+        return next(
+            (
+                f"system '{item.system.name}' keeps a state of its own, whose enclosure is not known"
+                for item in equations.body
+                if isinstance(item, Evaluation) and item.states
+            ),
+            "",
+        )
+
+    @cached_property
+    def _refuted(self) -> dict[int, Refuted]:
+        """Claims that a drawn member breaks at a sample of its run, by position."""
+        drawn = members(self.loop, DRAWN)
+        until = clock.now() + _RUNS * self.timeout
+        order = [k for k, c in enumerate(self.own) if isinstance(c, Always)]
+        refuted: dict[int, Refuted] = {}
+        for member, run in zip(drawn, runs(self.loop, drawn), strict=True):
+            kept = run.requirements[len(self.loop.requirements) :]
+            for k, requirement in zip(order, kept, strict=True):
+                if requirement.verdict == KEPT[False] and k not in refuted:
+                    refuted[k] = self._refutation(k, member, requirement)
+            if len(refuted) == len(order) or clock.now() > until:
+                break
+        return refuted
+
+    def _refutation(self, position: int, member: Member, requirement: Requirement) -> Refuted:
+        claim = self.own[position]
+        note = ", ".join(requirement.facts)
+        note += f"; fuzzyctl simulate {replayed(member)} shows it" if member else ""
+        return Refuted(guarantee_text(claim), Witness(dict(member), ()), span=claim.span, note=note)
 
     def _for_a_time(self, claims: Sequence[Always]) -> list[Verdict]:
         """Return the verdicts on claims about finite times."""
@@ -235,7 +288,7 @@ class LoopProver:
         return int(np.argmax(shares)), float(np.max(shares))
 
     def _judged(self, claim: _Claim) -> Verdict:
-        text = text_of(claim.claim)
+        text = guarantee_text(claim.claim)
         if not claim.open:
             boxes = "1 box" if claim.proved == 1 else f"{claim.proved} boxes"
             return Proved(text, note=f"for all members, in {boxes}")
@@ -249,7 +302,7 @@ class LoopProver:
 
     def _forever(self, claim: Always) -> Verdict:
         """Return the verdict on a claim about all times: a set that later lies in itself is invariant."""
-        text = text_of(claim)
+        text = guarantee_text(claim)
         sets = self._sets([claim], math.inf)
         if reason := _changes(sets):
             return Undecided(text, reason)
@@ -372,14 +425,3 @@ def loosened(claim: Expr, tolerance: float) -> Expr:
         case Logic(op="and" | "or" as op, operands=operands):
             return Logic(op, tuple(loosened(o, tolerance) for o in operands))
     return claim
-
-
-def text_of(claim: Always) -> str:
-    """Return a claim as the file writes it."""
-    parts = [to_text(claim.claim)]
-    parts += [
-        f"{word} {to_text(e)}"
-        for word, e in (("within", claim.within), ("from", claim.begin), ("until", claim.end))
-        if e is not None
-    ]
-    return " ".join([*parts, *(["forever"] if claim.forever else [])])
