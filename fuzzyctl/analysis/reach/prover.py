@@ -155,7 +155,7 @@ class LoopProver:
     def _refuted(self) -> dict[int, Refuted]:
         """Claims that a drawn member breaks at a sample of its run, by position."""
         drawn = members(self.loop, DRAWN)
-        until = clock.now() + _RUNS * self.timeout
+        until = clock.used() + _RUNS * self.timeout
         order = [k for k, c in enumerate(self.own) if isinstance(c, Always)]
         refuted: dict[int, Refuted] = {}
         for member, run in zip(drawn, runs(self.loop, drawn), strict=True):
@@ -163,7 +163,7 @@ class LoopProver:
             for k, requirement in zip(order, kept, strict=True):
                 if requirement.verdict == KEPT[False] and k not in refuted:
                     refuted[k] = self._refutation(k, member, requirement)
-            if len(refuted) == len(order) or clock.now() > until:
+            if len(refuted) == len(order) or clock.used() > until:
                 break
         return refuted
 
@@ -182,7 +182,7 @@ class LoopProver:
             for c in claims
         ]
         sets = self._sets(claims, max(c.end for c in asked))
-        until = clock.now() + self.timeout
+        until = clock.used() + self.timeout
         boxes = [self._family()]
         settled = 0
         while boxes:
@@ -192,7 +192,7 @@ class LoopProver:
             for box in range(len(batch)):
                 failed = [(c, *broken[k][box]) for k, c in enumerate(asked) if broken[k][box][1]]
                 cut = max((b for _, _, _, b in failed), key=lambda b: b[1], default=(-1, 0.0))[0] if failed else -1
-                room = settled + len(boxes) + len(batch) < MOST_BOXES and clock.now() < until
+                room = settled + len(boxes) + len(batch) < MOST_BOXES and clock.used() < until
                 if failed and cut >= 0 and room:
                     boxes += halves(low[box], high[box], cut)
                     continue
@@ -237,7 +237,7 @@ class LoopProver:
             for step in sets.run(*self._begin(sets, low, high), len(self.dimensions)):
                 time = step.time
                 self._look(sets, claims, step, broken)
-                if clock.now() > until:
+                if clock.used() > until:
                     raise DomainError(f"the time of {self.timeout:g} s is over")
                 if all(row[1] for rows in broken for row in rows):
                     break
@@ -308,7 +308,7 @@ class LoopProver:
             return Undecided(text, reason)
         begin = 0.0 if claim.begin is None else self.loop.number(claim.begin)
         low, high = (e[None] for e in self._family())
-        until = clock.now() + self.timeout
+        until = clock.used() + self.timeout
         asked = _Claim(claim, begin, math.inf)
         params = sum(not d.state for d in self.dimensions)
         plant, memory, free = self._begin(sets, low, high)
@@ -338,7 +338,7 @@ class LoopProver:
                 time, reason, _ = broken[0][0]
                 if reason:
                     return Undecided(text, f"at t = {time:.6g} s {reason}", (self._sides(low[0], high[0]),), 1)
-                if clock.now() > until:
+                if clock.used() > until:
                     return Undecided(
                         text, f"no set of t <= {step.time:.6g} s lies in an earlier one: more time may help"
                     )
@@ -359,7 +359,7 @@ class LoopProver:
             return Undecided(text, "its controllers run at several rates, for which contraction is not computed")
         low, high = (e[None] for e in self._family())
         plant, memory, free = self._begin(sets, low, high)
-        until = clock.now() + self.timeout
+        until = clock.used() + self.timeout
         balls: list[Contraction] = []
         reasons: list[str] = []
         previous: list[list[Form]] = []
@@ -382,7 +382,7 @@ class LoopProver:
         try:
             for step in sets.run(plant, memory, free, len(self.dimensions), look):
                 time = step.time
-                if clock.now() > until:
+                if clock.used() > until:
                     break
         except (NoTubeError, DomainError) as error:
             reasons[:] = [str(error) or "no enclosure of the solutions is proved"]

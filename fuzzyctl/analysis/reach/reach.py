@@ -87,7 +87,7 @@ class ReachableSets:
         (between, held), (claimed, compared) = reached(equations, derivatives), reached(equations, claims)
         self.held = list(dict.fromkeys([*held, *compared]))
         shared = [TIME, *plant]
-        acting = dict(getattr(equations, "disturbances", {}))
+        acting = dict(equations.disturbances)
         body = [i for i in equations.body if isinstance(i, Evaluation) or i.name not in acting]
         between, claimed = (
             [i for i in items if isinstance(i, Evaluation) or i.name not in acting] for items in (between, claimed)
@@ -101,8 +101,7 @@ class ReachableSets:
         for condition in claims:
             self.claims.ask(condition)
         inputs = [*shared, *memory, *self.free, *columns, *equations.rates, *acting]
-        held: list[Expr] = [Name(n) for n in self.held]
-        self.sample = Nodes(inputs, body, [*held, *equations.updates], tables)
+        self.sample = Nodes(inputs, body, [*map(Name, self.held), *equations.updates], tables)
         self.plant, self.memory, self.columns = plant, memory, columns
 
     def _truths(self, values: Sequence[Value]) -> list[tuple[Mask, Mask]]:
