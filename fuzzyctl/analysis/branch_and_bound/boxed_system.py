@@ -97,13 +97,17 @@ class System:
             results = [Enclosure(e.lo, e.hi, None, e.error) for e in results]
         return dict(zip(self.inputs, results, strict=True))
 
-    def evaluate(self, arguments: Sequence[Enclosure], wanted: Sequence[int]) -> tuple[list[Enclosure], Mask]:
-        """Enclose some outputs at some arguments; and say which boxes give no value."""
+    def evaluate(
+        self, arguments: Sequence[Enclosure], wanted: Sequence[int], *, gaps: bool = False
+    ) -> tuple[list[Enclosure], Mask]:
+        """Enclose some outputs at some arguments; and say which boxes give no value, or not at each of their points."""
         names = dict(zip(self.program.arguments, arguments, strict=True))
         runner = Interpreter(names, self._state)
         result = runner.run(self._part(wanted), wanted)
         exact = [self.errors[k] for k in wanted]
-        return [_widened(e, off) if off else e for e, off in zip(result, exact, strict=True)], runner.void
+        return [_widened(e, off) if off else e for e, off in zip(result, exact, strict=True)], (
+            runner.gaps if gaps else runner.void
+        )
 
     @cached_property
     def _strengths(self) -> Program:

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.reach import forms
-from fuzzyctl.analysis.reach.forms import Form, Value, as_form, ends, hulled, interval, plus, scaled
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, hulled, interval, plus, scaled
 from fuzzyctl.analysis.reach.series import Nodes, NotSmoothError, Series
 from fuzzyctl.analysis.reach.slopes import Slopes
 
@@ -97,7 +97,7 @@ class Flow:
             whole = Series(self.nodes, [_clock(time, step), *tube, *(_flat(c) for c in constants)])
             rest = self._coefficients(whole, tube, ORDER + 1)[-1]
             polynomial = self._coefficients(Series(self.nodes, [begin, *x, *constants], whole), x, ORDER)
-        except NotSmoothError:
+        except (NotSmoothError, DomainError):  # order 0 may be known where derivatives are not, as of a root at 0
             rest = self._over_tube(time, step, x, tube, constants)
             polynomial = [list(x)]
         end = [_evaluated([p[k] for p in polynomial], as_form(rest[k]), step) for k in range(self.states)]

@@ -30,6 +30,7 @@ class SystemSurface:
         grid = grid_of(self.plan)
         self.grid = grid if isinstance(grid, Grid) else None
 
+    @np.errstate(all="ignore")
     def __call__(self, inputs: Sequence[Value]) -> list[Value]:
         """Return forms of the outputs."""
         if all(isinstance(a, float) for a in inputs):
@@ -99,11 +100,12 @@ class SystemSurface:
         if self.grid is not None and not any(t.weight for t in self.grid.outputs):
             return [self._slopes_of_table(t, inputs) for t in self.grid.outputs]
         low, high = (np.array(e) for e in zip(*map(ends, inputs), strict=True))
-        enclosures, void = self._boxed.evaluate(boxes(low, high), list(range(len(self.system.outputs))))
+        wanted = list(range(len(self.system.outputs)))
+        enclosures, gaps = self._boxed.evaluate(boxes(low, high), wanted, gaps=True)
         results = []
         for enclosure in enclosures:
             slopes = enclosure.slopes
-            if bool(np.any(void)) or slopes is None or not all(np.all(np.isfinite(s)) for s in slopes):
+            if bool(np.any(gaps)) or slopes is None or not all(np.all(np.isfinite(s)) for s in slopes):
                 raise DomainError(f"the slopes of system '{self.system.name}' have no bound there")
             below, above = (np.broadcast_to(s, low.shape)[:, 0] for s in slopes)
             results.append(forms.interval(below, above))
@@ -131,10 +133,10 @@ class SystemSurface:
         wanted = list(range(len(self.system.outputs)))
         if self.plan.states or self.plan.held:
             raise DomainError(f"system '{self.system.name}' has a state")
-        whole, void = self._boxed.evaluate(boxes(low, high), wanted)
+        whole, gaps = self._boxed.evaluate(boxes(low, high), wanted, gaps=True)
         centre = np.array([a[:, 0] for a in arguments])
         there, _ = self._boxed.evaluate(boxes(centre, centre), wanted)
-        if bool(np.any(void)):
+        if bool(np.any(gaps)):
             raise DomainError(f"system '{self.system.name}' may have no value")
         results: list[Value] = []
         for enclosure, at in zip(whole, there, strict=True):

@@ -48,8 +48,9 @@ class Interpreter:
         call: Callable[[Call], Enclosure | None] | None = None,
     ) -> None:
         self.names, self.items, self.call = dict(names), items, call
-        #: Boxes in which a value does not exist.
+        #: Boxes in which a value does not exist, and those in which there may be points without one.
         self.void: Mask = np.array(False)
+        self.gaps: Mask = np.array(False)
 
     def enclose(self, expr: Expr) -> Enclosure:
         """Enclose an expression."""
@@ -80,10 +81,10 @@ class Interpreter:
         """Enclose a choice whose condition surely holds in some boxes, and surely does not in others."""
         # Claims are about points where there is a value: NaN counts as whatever the other side is.
         if _is_nan(expr.then):
-            self.void = self.void | yes
+            self.void, self.gaps = self.void | yes, self.gaps | ~no
             return self.enclose(expr.otherwise)
         if _is_nan(expr.otherwise):
-            self.void = self.void | no
+            self.void, self.gaps = self.void | no, self.gaps | ~yes
             return self.enclose(expr.then)
         if yes.all():
             return self.enclose(expr.then)
@@ -123,8 +124,8 @@ class Interpreter:
                     self.names |= {s.name: _anything() for s in then}
                 case Quadrature(found=found, area=area):
                     self.names |= {found: _anything(), area: _anything()}
-                case Refuse():
-                    pass  # claims are about points that have a value
+                case Refuse(condition=condition):  # claims are about points that have a value
+                    self.gaps = self.gaps | ~self.decide(condition)[1]
                 case _:
                     raise TypeError(f"{type(statement).__name__} has no enclosure")
         return [self.enclose(program.results[k]) for k in wanted]

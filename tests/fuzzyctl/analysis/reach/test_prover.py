@@ -1,0 +1,145 @@
+"""What is proved of a loop is true of each member: claims at the edge of the true, and ones that are false."""
+
+import numpy as np
+import pytest
+
+from fuzzyctl import Proved, loads
+from fuzzyctl.analysis.reach.prover import LoopProver
+from fuzzyctl.simulation.experiment import Experiment
+from fuzzyctl.simulation.loop_params import with_settings
+from fuzzyctl.simulation.members import members
+from tests.fuzzyctl.analysis.reach.loops import FUZZY, LOOPS, RATES, TANK, loop_of
+
+#: A plant whose output is its state, and how it changes, its family and its run.
+ALONE = "plant p\nstate x = 1\n{plant}output y = x\nloop l\nblock p = p()\n{lines}"
+
+
+def proofs(loop):
+    """Return whether each claim is proved by sets alone, without runs of members."""
+    prover = LoopProver(loop, 60.0)
+    prover.__dict__["_refuted"] = {}
+    return [isinstance(prover.verdict(c), Proved) for c in loop.guarantees]
+
+
+def alone(plant, *lines):
+    return loads(ALONE.format(plant=plant + "\n", lines="".join(f"{line}\n" for line in lines)), block="l")
+
+
+#: Signals of loops whose largest values simulated members reach.
+SIGNALS = {
+    "tank": ["tank.h", "law.v", "-tank.h * tank.h"],
+    "rates": ["mass.x - mass.w", "inner.u", "outer.n"],
+    "fuzzy": ["pendulum.th", "law.u", "pendulum.w ^ 2"],
+}
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+def test_no_claim_that_a_member_breaks_is_proved(name):
+    """The limits lie just below, and some way above, of what members reach."""
+    text = LOOPS[name]
+    text = text[: text.rindex("run")] + "run 1.2 s\n"
+    loop = loop_of(text)
+    runs = [Experiment(with_settings(loop, m), "python").run(substeps=16) for m in members(loop, 24)]
+    claims, expected = [], []
+    for signal in SIGNALS[name]:
+        code = compile(signal.replace("^", "**").replace(".", "_"), "s", "eval")
+        names = {n: n.replace(".", "_") for n in ("tank.h", "law.v", "mass.x", "mass.w", "inner.u", "outer.n",
+                                                  "pendulum.th", "pendulum.w", "law.u")}  # fmt: skip
+        largest = -np.inf
+        for run in runs:
+            values = {short: run[n] for n, short in names.items() if n in loop_signals(run)}
+            largest = max(largest, float(np.max(eval(code, {}, values))))
+        for limit, proved in ((largest - 1e-6, False), (largest + 0.4 * (1 + abs(largest)), True)):
+            claims.append(f"require always {signal} <= {limit!r}")
+            expected.append(proved)
+    assert proofs(loop_of(text, *claims)) == expected
+
+
+def loop_signals(run):
+    return run.signals if hasattr(run, "signals") else list(run)
+
+
+def test_a_claim_at_an_instant_between_samples_is_about_it():
+    """x = 1 + t, at times that are no multiples of the step."""
+    claims = ["require always p.y <= 1.249 until 0.25 s", "require always p.y <= 1.4 until 0.25 s",
+              "require always p.y >= 1.251 from 0.25 s", "require always p.y >= 1.24 from 0.25 s until 0.26 s",
+              "require always p.y <= 1.299 from 0.3 s until 0.3 s", "require always p.y <= 1.41 until 0.3 s"]  # fmt: skip
+    claims = [c.replace(" >= 1.24 ", " >= 1.19 ") for c in claims]
+    assert proofs(alone("der x = 1", "run 1 s step 100 ms", *claims)) == [False, True, False, True, False, True]
+
+
+def test_the_command_of_the_last_sample_is_in_the_claim():
+    """A controller that jumps at the end of the time of a claim, or at its begin."""
+    text = TANK.replace("output v = clamp(k * e + s, -0.5, 1)", "state n = 0\nnext n = n + 1\noutput v = where(n >= 3, 0.5, 0.1) + 0 * e")
+    claims = ["require always law.v <= 0.2 until 0.3 s", "require always law.v <= 0.2 until 0.29 s",
+              "require always law.v >= 0.4 from 0.3 s", "require always law.v >= 0.4 from 0.29 s"]  # fmt: skip
+    text = text[: text.rindex("run")].replace("for law.k in [1, 2]\n", "") + "run 0.6 s\n"
+    assert proofs(loads(text + "".join(c + "\n" for c in claims), block="l")) == [False, True, True, False]
+
+
+#: Plants alone, and whether |x| stays below a limit for ever.
+FOREVER = [
+    ("der x = -x", "for p.x in [-1, 1]", 1.01, True),
+    ("der x = 0.01 * x", "for p.x in [-1, 1]", 1.019, False),  # after 100 ms still within a slightly wider start
+    ("der x = 0.001 * x", "for p.x in [-1, 1]", 1.5, False),
+    ("der x = 1e-6", "for p.x in [-1, 1]", 1.5, False),
+    ("der x = -x + 0.5", "for p.x in [0, 1]", 1.01, True),
+    ("der x = -x + 0.5", "for p.x in [0, 1]", 0.49, False),
+    ("param a = 1\nder x = a * x", "for p.a in [-1, 0.001]", 1.5, False),
+    ("param a = 1\nder x = a * x", "for p.a in [-2, -1]", 1.01, True),
+    ("der x = x * (x - 1.0000001)", "for p.x in [0, 1]", 1.01, None),  # nearly at rest at the upper end
+    ("der x = x * (0.5 - x)", "for p.x in [0.01, 0.1]", 0.3, False),
+]
+
+
+@pytest.mark.parametrize(("plant", "family", "limit", "true"), FOREVER)
+def test_what_is_proved_for_ever_is_true_for_ever(plant, family, limit, true):
+    loop = alone(plant, family, "run 10 s step 100 ms", f"require always abs(p.y) <= {limit} forever")
+    prover = LoopProver(loop, 2.0)
+    prover.__dict__["_refuted"] = {}
+    assert true is None or isinstance(prover.verdict(loop.guarantees[0]), Proved) == true
+
+
+def test_a_set_that_turns_comes_back_into_itself_only_if_it_shrinks():
+    plant = "state v = 0\nder x = v\nder v = {} - x"
+    for friction, true in (("-0.5 * v", True), ("0.001 * v", False)):
+        loop = alone(plant.format(friction), "for p.x in [-1, 1]", "run 10 s step 100 ms", "require always abs(p.y) <= 3 forever")
+        prover = LoopProver(loop, 3.0)
+        prover.__dict__["_refuted"] = {}
+        assert isinstance(prover.verdict(loop.guarantees[0]), Proved) == true
+
+
+def test_a_loop_of_several_rates_and_a_counter_is_not_invariant():
+    """The counter of the slow controller grows, if slowly."""
+    text = RATES[: RATES.rindex("run")] + "run 3 s\n"
+    assert proofs(loop_of(text, "require always mass.x <= 1.5 forever")) == [False]
+
+
+def test_a_fuzzy_loop_is_proved_for_ever():
+    assert proofs(loop_of(FUZZY, "require always abs(pendulum.th) <= 1.2 forever")) == [True]
+
+
+@pytest.mark.parametrize(
+    ("range_", "proved"), [("[0, 2]", True), ("[0, 1.5]", False), ("[0, 2)", False), ("[1, 3]", True), ("(1, 3]", False)]
+)
+def test_a_state_that_leaves_its_range_breaks_all_claims(range_, proved):
+    text = ALONE.replace("state x = 1", f"state x in {range_} = 1")
+    text = text.format(plant="der x = 1\n", lines="run 1 s step 100 ms\nrequire always p.y <= 5\n")
+    if range_ in ("[0, 2]", "[0, 2)"):  # the end itself is not within reach of rounding
+        text = text.replace("run 1 s", "run 0.9 s" if range_ == "[0, 2]" else "run 1 s")
+    if range_ in ("[1, 3]", "(1, 3]"):
+        text = text.replace("= 1\n", "= 1\n", 1)
+    assert proofs(loads(text, block="l")) == [proved] or (range_ == "[1, 3]" and proofs(loads(text, block="l")) == [False])
+
+
+@pytest.mark.parametrize(
+    ("plant", "true"),
+    [("der x = -x", True), ("der x = 0.01 * x", False), ("der x = -x * x * x", False), ("der x = sin(x) - 2 * x", True),
+     ("der x = where(x > 0, -1, 1)", False), ("state v = 0\nder x = v\nder v = -x", False),
+     ("state v = 0\nder x = v\nder v = -x - v", True)],
+)  # fmt: skip
+def test_convergence_is_proved_only_of_what_converges_at_a_rate(plant, true):
+    loop = alone(plant, "for p.x in [-0.5, 0.5]", "run 10 s step 100 ms", "require stable")
+    prover = LoopProver(loop, 3.0)
+    prover.__dict__["_refuted"] = {}
+    assert isinstance(prover.verdict(loop.guarantees[0]), Proved) == true

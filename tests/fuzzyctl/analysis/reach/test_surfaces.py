@@ -1,0 +1,207 @@
+"""Planes of fuzzy systems hold their values over boxes, and over plane sets however narrow or bent."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fuzzyctl import compile, load, loads
+from fuzzyctl.analysis.multilinear.surface import surface_of
+from fuzzyctl.analysis.reach.forms import DomainError, ends
+from fuzzyctl.analysis.reach.surfaces import SystemSurface, _slabs
+from tests import sizes
+from tests.fuzzyctl.analysis.reach.exact import at, holds
+from tests.properties.drawn_systems import plain_systems, systems
+from tests.shipped import rules_folder
+
+RULES = rules_folder()
+NAMES = ["loops/pendulum", "loops/water_tank", "boundary_layer", "ais_reaction", "fcafsmc", "tipper"]
+DIRECTIONS = st.tuples(st.integers(-1024, 1024), st.integers(-1024, 1024), st.integers(-1024, 1024))
+PARALLEL = st.sampled_from([(1000, 500, 250), (1001, 500, 250), (-1000, -500, -250), (1000, 0, 0), (0, 1000, 0), (0, 0, 0)])
+
+
+@st.composite
+def sets(draw, lowers, uppers):
+    """Draw a zonotope beside the ranges of some inputs, on a grid of powers of two, so that its points are floats."""
+    scales = [2.0 ** round(math.log2(u - a)) for a, u in zip(lowers, uppers, strict=True)]
+    middles = [round(0.5 * (a + u) / s * 1024) for a, u, s in zip(lowers, uppers, scales, strict=True)]
+    width = 2.0 ** -draw(st.sampled_from([10, 10, 12, 16, 30]))
+    directions = draw(st.lists(DIRECTIONS | PARALLEL, min_size=0, max_size=5))
+    rows = []
+    for k, (s, m) in enumerate(zip(scales, middles, strict=True)):
+        centre = (m + draw(st.integers(-700, 700))) / 1024 * s
+        own = draw(st.sampled_from([0, 0, 64, 1000])) * width * s
+        rows.append(np.array([[centre, own, *(d[k % 3] * width * s for d in directions)]]))
+    return rows
+
+
+def ranges(system):
+    inputs = SystemSurface(system).plan.inputs
+    return [v.lower for v in inputs], [v.upper for v in inputs]
+
+
+def corners_and_others(rows, rng):
+    """Return values of symbols and own errors."""
+    width = rows[0].shape[-1] - 2
+    for k in range(40):
+        signs = rng.choice([-1, 1], width + len(rows)) if k < 24 else rng.integers(-16, 17, width + len(rows)) / 16
+        yield [Fraction(float(e)) for e in signs[:width]], [Fraction(float(e)) for e in signs[width:]]
+
+
+def check(system, rows, seed):
+    """Check the planes of a system over a set against what its kernel returns."""
+    try:
+        planes = SystemSurface(system)(rows)
+    except DomainError:
+        return
+    kernel, surface = compile(system, "python"), surface_of(SystemSurface(system).plan)
+    for number, (symbols, own) in enumerate(corners_and_others(rows, np.random.default_rng(seed))):
+        place = [at(r, symbols, e) for r, e in zip(rows, own, strict=True)]
+        if any(Fraction(float(x)) != x for x in place):
+            continue
+        value = kernel(*map(float, place))
+        outputs = value if isinstance(value, tuple) else (value,)
+        for k, (plane, output) in enumerate(zip(planes, map(float, outputs), strict=True)):
+            assert holds(plane, symbols, output), place
+            if surface is not None and number % 8 == 0:
+                clipped = [
+                    x if v.extrapolate else min(max(x, Fraction(v.lower)), Fraction(v.upper))
+                    for x, v in zip(place, surface.plan.inputs, strict=True)
+                ]
+                above, below = surface.sums(k, clipped)
+                assert holds(plane, symbols, above / below), place
+
+
+@pytest.mark.parametrize("name", NAMES)
+@settings(max_examples=10)
+@given(data=st.data(), seed=st.integers(0, 9))
+def test_planes_of_shipped_systems_hold_their_values(name, data, seed):
+    system = SHIPPED[name]
+    check(system, data.draw(sets(*ranges(system))), seed)
+
+
+SHIPPED = {
+    n: load(RULES / f"{n}.fz", block={"loops/pendulum": "surface", "loops/water_tank": None}.get(n)) for n in NAMES
+}
+
+
+def random_table(rng):
+    """Return a system that interpolates between knots, over a partition of unity or over terms that overlap more."""
+    counts = rng.integers(2, 5, rng.integers(1, 4))
+    is_partition = rng.integers(2)
+    lines = ["system s", "and product", f"defuzzifier {'center_average' if is_partition else 'weighted_average'}"]
+    names = "abc"[: len(counts)]
+    for name, count in zip(names, counts, strict=True):
+        peaks = np.sort(rng.choice(np.arange(-20, 21), count, replace=False)) / 16 * rng.choice([1, 1, 1000])
+        reach = [peaks[0] * 2 - peaks[-1] - 1, *peaks, peaks[-1] * 2 - peaks[0] + 1]
+        lines.append(f"input {name} in [{peaks[0]}, {peaks[-1]}]")
+        for k in range(count):
+            lower, upper = (reach[k], reach[k + 2]) if is_partition else (reach[0], reach[-1])
+            lines.append(f"  T{k} = triangle({lower}, {peaks[k]}, {upper})")
+    lines.append("output u in [-10, 10]")
+    cells = list(np.ndindex(*counts))
+    lines += [f"  C{k} = constant({rng.integers(-100, 101) / 10})" for k in range(len(cells))]
+    for k, cell in enumerate(cells):
+        condition = " and ".join(f"{n} is T{i}" for n, i in zip(names, cell, strict=True))
+        lines.append(f"if {condition} then u is C{k}")
+    return loads("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize("seed", range(sizes.examples(200, 24)))
+def test_planes_of_tables_hold_their_values(seed):
+    rng = np.random.default_rng(seed)
+    system = random_table(rng)
+    surface = SystemSurface(system)
+    assert surface.grid is not None
+    for _ in range(6):
+        width = 2.0 ** -rng.choice([0, 1, 3, 6, 20])
+        count = rng.integers(0, 5)
+        rows = []
+        for low, high in zip(*ranges(system), strict=True):
+            size = 2.0 ** round(math.log2(high - low))
+            centre = (rng.integers(-700, 700) / 1024) * size + round(0.5 * (low + high) / size * 1024) / 1024 * size
+            own = rng.choice([0, 0, 16]) / 64 * width * size
+            rows.append(np.array([[centre, own, *(rng.integers(-64, 65, count) / 128 * width * size)]]))
+        if rng.integers(2) and len(rows) > 1:
+            rows[1][0, 2:] = rows[0][0, 2:] * 2.0 ** rng.integers(-8, 3)  # a line
+        check(system, rows, seed)
+
+
+@settings(max_examples=8)
+@given(data=st.data(), system=plain_systems() | systems())
+def test_planes_of_all_systems_hold_their_values(data, system):
+    check(system, data.draw(sets(*ranges(system))), 1)
+
+
+def test_a_set_where_no_rule_may_fire_is_refused():
+    text = "system s\ninput a in [0, 4]\n  L = triangle(0, 1, 2)\noutput u in [0, 1]\n  K = triangle(0, 0.5, 1)\nif a is L then u is K\n"
+    for otherwise in ("", "error", "nan"):
+        system = loads(text.replace("output u in [0, 1]", f"output u in [0, 1] {'else ' * bool(otherwise)}{otherwise}"))
+        assert SystemSurface(system)([np.array([[1.0, 0.02]])])
+        with pytest.raises(DomainError, match="value"):
+            SystemSurface(system)([np.array([[2.0, 0.02]])])
+
+
+@settings(max_examples=60)
+@given(
+    data=st.data(), knots=st.lists(st.integers(-1500, 1500), max_size=4),
+    tilt=st.sampled_from([0, 1e-15, 1e-9, 1e-4]), shift=st.sampled_from([0.0, 1.0, 1e6]),
+)  # fmt: skip
+def test_slabs_hold_a_plane_set(data, knots, tilt, shift):
+    """Also one that is narrow, tilted, far from 0, or a line."""
+    x, y = (r[0].copy() for r in data.draw(sets([-1.0, -1.0], [1.0, 1.0])))
+    x[2:] = x[2:] * tilt if tilt else x[2:]
+    x[1] = x[1] * tilt if tilt else x[1]
+    x[0] += shift
+    cuts, low, high = _slabs(x, y, np.array(sorted(k / 1024 for k in knots)))
+    assert (np.diff(cuts) >= 0).all()
+    for symbols, own in corners_and_others([x[None], y[None]], np.random.default_rng(0)):
+        px, py = at(x[None], symbols, own[0]), at(y[None], symbols, own[1])
+        slab = [k for k in range(len(low)) if cuts[k] <= px <= cuts[k + 1]]
+        assert slab
+        assert any(low[k] <= py <= high[k] for k in slab)
+
+
+CURVED = """
+system s
+input a in [-1, 1]
+  terms N Z P
+input b in [-1, 1]
+  terms N Z P
+output u in [-1, 1]
+  terms N Z P
+and product
+defuzzifier center_average
+table u = a x b
+       N  Z  P
+  N |  P  N  P
+  Z |  N  P  N
+  P |  P  Z  N
+"""
+
+
+def test_a_bent_surface_is_held_along_a_line_across_many_cells():
+    system = loads(CURVED)
+    kernel = compile(system, "python")
+    for slope in (1.0, -1.0, 0.25, 3.0):
+        rows = [np.array([[0.0, 0.0, 1.5]]), np.array([[0.125, 0.0, 1.5 * slope]])]
+        (plane,) = SystemSurface(system)(rows)
+        for e in np.linspace(-1, 1, 65):
+            assert holds(plane, [e], float(kernel(1.5 * e, 0.125 + 1.5 * slope * e)))
+
+
+def test_a_small_set_has_a_narrow_plane():
+    """The plane follows the surface: within a cell what is left is of second order."""
+    system = loads(CURVED)
+    (plane,) = SystemSurface(system)([np.array([[0.5, 0.0, 0.01, 0.0]]), np.array([[0.5, 0.0, 0.0, 0.01]])])
+    assert plane[0, 1] < 1e-3
+    assert np.subtract(*ends(plane)[::-1])[0] > 1e-3
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_inputs_without_bound_are_refused(bad):
+    with pytest.raises(DomainError):
+        SystemSurface(loads(CURVED))([np.array([[0.0, bad]]), np.array([[0.0, 0.0]])])
