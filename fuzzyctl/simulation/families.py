@@ -1,4 +1,4 @@
-"""Families of loops: their mistakes, and their members."""
+"""Checks of the families of loops, and of the times of claims about every instant."""
 
 from __future__ import annotations
 

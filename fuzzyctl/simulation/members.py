@@ -1,0 +1,124 @@
+"""Members of the family of a loop: corners, a Latin hypercube, their runs, and the claims that these break."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.expr import Number, evaluate
+from fuzzyctl.model.block import ParamValues
+from fuzzyctl.model.instance_params import with_instance_params
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.simulation.expansion import loop_equations
+from fuzzyctl.simulation.experiment import Experiment
+from fuzzyctl.simulation.fmu_plant import require_fixed
+from fuzzyctl.simulation.loop_params import with_settings
+from fuzzyctl.simulation.run import Run
+
+#: Most corners of a family that are run.
+MOST_CORNERS: Final = 2**8
+
+#: The numbers of a member by name.
+Member = Mapping[str, float]
+
+
+def members(loop: Loop, count: int = MOST_CORNERS, seed: int = 0) -> list[Member]:
+    """Return members of the family of a loop: its corners if there are no more than `count`, then a Latin hypercube.
+
+    Args:
+        loop: The loop.
+        count: How many there are at most.
+        seed: Of the hypercube.
+    """
+    size = len(loop.family)
+    corners = list(itertools.product((0.0, 1.0), repeat=size)) if 2**size <= min(count, MOST_CORNERS) else []
+    points: list[Sequence[float]] = [*corners]
+    if len(points) < count:
+        from scipy.stats import qmc
+
+        points += qmc.LatinHypercube(size, seed=seed).random(count - len(points)).tolist() if size else []
+    return [_member(loop, point) for point in points]
+
+
+def corners(loop: Loop) -> list[Member]:
+    """Return the corners of the family of a loop; of one with more than `MOST_CORNERS` a Latin hypercube of so many."""
+    return members(loop, min(2 ** len(loop.family), MOST_CORNERS))
+
+
+def _member(loop: Loop, point: Sequence[float]) -> Member:
+    """Return the member at a point of the unit cube; ends that do not belong to a range are missed by a hair."""
+    values: dict[str, float] = {}
+    for (name, bounds), part in zip(loop.family.items(), point, strict=True):
+        changed = [replace(p, expression=Number(values[p.name])) if p.name in values else p for p in loop.params]
+        params = ParamValues(changed).values
+        low, high = evaluate(bounds.lower, params), evaluate(bounds.upper, params)
+        low = math.nextafter(low, high) if bounds.without_lower else low
+        high = math.nextafter(high, low) if bounds.without_upper else high
+        values[name] = min(max((1.0 - part) * low + part * high, low), high)
+    return values
+
+
+def can_be_free(loop: Loop, name: str) -> bool:
+    """Whether a number can be an argument of a compiled run; params that starts depend on, or of FMUs, cannot."""
+    try:
+        require_fixed(loop, (name,))
+        loop_equations(with_instance_params(loop, (name,)), free=(name,))
+    except ArgumentError:
+        return False
+    return True
+
+
+def runs(loop: Loop, members: Iterable[Member], *, substeps: int = 1) -> Iterator[Run]:
+    """Run members of the family of a loop, each compiled once for the numbers that can be arguments.
+
+    Raises:
+        DiagnosticError: For a member that the loop does not take.
+    """
+    names: list[str] = []
+    experiments: dict[tuple[float, ...], Experiment] = {}
+    for member in members:
+        names = names or [name for name in member if can_be_free(loop, name)]
+        fixed = {name: value for name, value in member.items() if name not in names}
+        key = tuple(fixed.values())
+        if key not in experiments:
+            experiments[key] = Experiment(with_settings(loop, fixed) if fixed else loop, free=names)
+        yield experiments[key].run([member[name] for name in names], substeps=substeps)
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A claim that some members break.
+
+    Args:
+        claim: Its text, or why the runs were stopped.
+        count: How many members break it.
+        member: The first of them.
+        facts: Of its run.
+    """
+
+    claim: str
+    count: int
+    member: Member
+    facts: tuple[str, ...]
+
+
+def broken(members: Sequence[Member], runs: Iterable[Run]) -> list[Broken]:
+    """Return the claims that the runs of some members break, each with the first of them."""
+    results: dict[str, Broken] = {}
+    for member, run in zip(members, runs, strict=True):
+        reasons = {f"require {r.text}": r.facts for r in run.requirements if not r.holds}
+        if run.stopped is not None:
+            reasons = {"stopped": (run.stopped.message,)}
+        for claim, facts in reasons.items():
+            first = results.get(claim)
+            results[claim] = Broken(claim, 1, member, facts) if first is None else replace(first, count=first.count + 1)
+    return list(results.values())
+
+
+def replayed(member: Member) -> str:
+    """Return the options of `fuzzyctl simulate` that run a member."""
+    return " ".join(f"--set {name}={value!r}" for name, value in member.items())
