@@ -82,7 +82,7 @@ def simulate(
     fuzzyctl simulate water_tank
     fuzzyctl simulate water_tank --set law.GU=2 -o out
     fuzzyctl simulate water_tank --against mathworks_tank
-    fuzzyctl simulate tank.fz --corners
+    fuzzyctl simulate pendulum --corners
 
     All loops of a file are run side by side, or the one that is named. A plant in Python is executed, and so
     is the native code of an FMU.
@@ -159,13 +159,16 @@ class _Corners:
 
     def text(self, label: str) -> Iterator[str]:
         """Yield the lines of a report."""
+        from fuzzyctl.simulation.members import STOPPED
+
         what = "members, a Latin hypercube, since there are too many corners," if self.drawn else "corners"
         head = f"{label}: " if label else ""
         yield ""
         yield f"{head}{self.count} {what} of {listed(self.names)}{'' if self.broken else ': no claim is broken'}"
         for one in self.broken:
             facts = f"  ({', '.join(one.facts)})" if one.facts else ""
-            yield f"{head}{one.claim}: broken by {one.count} of {self.count}, first by {self.replay(one)}{facts}"
+            count = f"{'' if one.claim == STOPPED else 'broken by '}{one.count} of {self.count}"
+            yield f"{head}{one.claim}: {count}, first by {self.replay(one)}{facts}"
 
     def data(self) -> dict[str, Any]:
         """Return the same as plain data."""
@@ -193,8 +196,8 @@ def _corners(loop: Loop, settings: Sequence[str], substeps: int) -> _Corners | N
                     status(f"{loop.name}: {k + 1:,} of {len(chosen):,} corners")
 
         broken = tuple(members.broken(chosen, counted()))
-    kept = [t for t in settings if names.get(t.partition("=")[0].strip(), "") not in loop.family]
-    return _Corners(tuple(loop.family), len(chosen), len(chosen) < 2 ** len(loop.family), broken, tuple(kept))
+    others = [t for t in settings if names.get(t.partition("=")[0].strip(), "") not in loop.family]
+    return _Corners(tuple(loop.family), len(chosen), len(chosen) < 2 ** len(loop.family), broken, tuple(others))
 
 
 def _labels(loops: Sequence[tuple[str, Loop]]) -> list[str]:

@@ -139,10 +139,10 @@ class Runnable(ABC, Generic[S]):
         return ()
 
     def members(self, scenario: S, controllers: Sequence[str], spec: Any) -> Sequence[Mapping[str, float]]:
-        """Return values by key that a SPEC draws from what the scenario itself declares; `spec.draws` of them.
+        """Return values by key that are drawn from the ranges that a scenario declares; `spec.draws` of them.
 
         Raises:
-            DiagnosticError: For a scenario that declares nothing to draw.
+            DiagnosticError: For a scenario without such ranges.
         """
         return ({},)
 

@@ -84,7 +84,7 @@ class Spec(_Table):
 
     @property
     def draws(self) -> int:
-        """How many values are drawn of what the scenario declares, see `Runnable.members`."""
+        """The number of draws from the ranges that the scenario declares, see `Runnable.members`."""
         return 1
 
 

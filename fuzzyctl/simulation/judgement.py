@@ -44,8 +44,8 @@ class Requirement:
         text: As it was written.
         holds: Whether the run meets it.
         verdict: The same in words; a run proves nothing of a claim about every instant of every member.
-        facts: The measures that it names, with their values, or those of its signals where it is broken first; its
-            tolerance.
+        facts: The measures that it names, with their values, and its tolerance; the first sample that breaks a claim
+            about every instant, with the values of its signals.
     """
 
     text: str
@@ -127,9 +127,9 @@ class Judgement:
         names = params | dict(measures)
         judged = [self._requirement(g, names, measures) for g in self._loop.requirements]
         judged = [replaced(r, holds=False, verdict=MET[False]) for r in judged] if stopped else judged
-        kept = [_kept(g, t, signal, params, self._params) for g in self._loop.always]
-        kept = [replaced(r, holds=False, verdict=OPEN) if r.holds else r for r in kept] if stopped else kept
-        return (*judged, *kept)
+        always = [_kept(g, t, signal, params, self._params) for g in self._loop.always]
+        always = [replaced(r, holds=False, verdict=OPEN) if r.holds else r for r in always] if stopped else always
+        return (*judged, *always)
 
     def _values(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return the values of all params, those that depend on free ones included."""
@@ -191,7 +191,7 @@ def _operands(claim: Expr) -> Iterator[Expr]:
 
 
 def _truths(claim: Expr, signal: Callable[[Expr], FloatArray], within: float) -> tuple[BoolArray, BoolArray]:
-    """Return where a condition surely holds, and where it surely does not, each of shape (n,); neither for NaN."""
+    """Return whether a condition holds, and whether it fails, at each sample, shapes (n,); neither for NaN."""
     match claim:
         case Logic(op="not", operands=(operand,)):
             holds, fails = _truths(operand, signal, within)

@@ -264,12 +264,12 @@ def read(path: Path) -> SpecFile:
 
 
 def with_members(file: SpecFile, count: int) -> SpecFile:
-    """Return a SPEC that runs so many members of the family of its loops."""
+    """Return a SPEC that runs a number of members of the family of its loops."""
     return dataclasses.replace(file, spec=file.spec.model_copy(update={"members": count}))
 
 
 def spec_of_family(path: Path, count: int) -> SpecFile:
-    """Return a SPEC that runs so many members of the family of the loops of a rule file."""
+    """Return a SPEC that runs a number of members of the family of the loops of a rule file."""
     return SpecFile(LoopSpec(scenario=path.name, members=count), SourceText(path.name, ""), path)
 
 

@@ -1,6 +1,7 @@
 """Files that `fuzzyctl simulate` writes; transcripts/simulate.txt holds what it prints."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -151,3 +152,11 @@ def test_corners_need_a_family_and_rk4(small, arguments, words):
     found = run(small, "--corners", *arguments)
     assert found.exit_code == 2
     assert words in found.output
+
+
+def test_too_many_corners_are_drawn_and_stopped_members_named(family):
+    lines = "\n".join(f"disturbance d{k} in [0, 9] = 0" for k in range(6))
+    family.write_text(FAMILY.replace("for p.x", f"{lines}\nfor p.x").replace("u + w", "u + w + d0"), encoding="utf-8")
+    found = run(family, "--corners")
+    assert "256 members, a Latin hypercube, since there are too many corners, of p.x, p.K, d0" in found.output
+    assert re.search(r"\nstopped: \d+ of 256, first by --set p.x=.*left its range", found.output)

@@ -1,6 +1,9 @@
 """`fuzzyctl sweep`: what it prints, its exit codes, a SPEC with mistakes."""
 
+import csv
+import itertools
 import json
+import math
 
 import pytest
 
@@ -114,3 +117,29 @@ def test_a_sweep_of_members_needs_a_family(spec, tmp_path):
     found = run(spec(), "--for", 2, "-o", tmp_path / "out")
     assert found.exit_code == 1
     assert "no loop has a family to draw from" in found.output
+
+
+def members_of(path, tmp_path, count, *arguments):
+    """Return the values of some columns of the members that a sweep runs, by name."""
+    out = tmp_path / f"out{count}"
+    found = run(path, "--for", count, "-o", out, "--jobs", 1, *arguments)
+    assert found.exit_code == 0, found.output
+    names, *rows = csv.reader((out / "results.csv").read_text().splitlines())
+    return {name: [float(row[names.index(name)]) for row in rows] for name in ("p.x", "p.K", "w")}
+
+
+def test_corners_come_before_a_latin_hypercube(family, tmp_path):
+    columns = members_of(family, tmp_path, 16)
+    assert list(zip(*(c[:8] for c in columns.values()), strict=True)) == [
+        *itertools.product((0.0, 1.0), (1.0, 2.0), (0.0, 0.5))
+    ]
+    assert sorted(int(8 * x) for x in columns["p.x"][8:]) == list(range(8))  # one in each eighth of the range
+    assert not {*members_of(family, tmp_path, 7)["p.x"]} & {0.0, 1.0}  # fewer than there are corners
+
+
+def test_ends_outside_of_a_range_are_missed_by_a_hair(family, tmp_path):
+    text = FAMILY.replace("p.K in [1, 2]", "p.K in (1, 2)").replace("w in [0, 0.5]", "w in [0, p_most]")
+    family.write_text(text.replace("block law", "param p_most = 0.25\nblock law"), encoding="utf-8")
+    columns = members_of(family, tmp_path, 8, "--set", "p_most=0.125")
+    assert {*columns["p.K"]} == {math.nextafter(1.0, 2.0), math.nextafter(2.0, 1.0)}
+    assert {*columns["w"]} == {0.0, 0.125}
