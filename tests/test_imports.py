@@ -86,6 +86,7 @@ HOMES = {
         "apps/dwmr/calibration/search.py",
         "apps/dwmr/output/data.py",
         "fuzzyctl/experiments/estimates.py",
+        "fuzzyctl/simulation/members.py",
         "fuzzyctl/simulation/simulate.py",
     },
 }

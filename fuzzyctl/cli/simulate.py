@@ -6,6 +6,7 @@ import math
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -16,12 +17,14 @@ from fuzzyctl.cli.common import BLOCK, DONE, FAILED, FORMAT, QUIET, SVG_TEXT, an
 from fuzzyctl.cli.loading import chosen_loops, settings_of
 from fuzzyctl.cli.progress import status_line
 from fuzzyctl.cli.streams import say, table_lines, terminal_width, write_json
+from fuzzyctl.diagnostics.suggestions import listed
 from fuzzyctl.experiments.result_files import results
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.diagnostic import Diagnostic
     from fuzzyctl.experiments.result_files import Results
     from fuzzyctl.model.loop import Loop
+    from fuzzyctl.simulation.members import Broken
     from fuzzyctl.simulation.run import Run
     from fuzzyctl.simulation.simulate import Solver
 
@@ -40,6 +43,7 @@ PICTURES: Final = ("png", "svg", "pdf")
     metavar="NAME=VALUE",
     help="Set a param, PARAM or BLOCK.PARAM, a start, BLOCK.STATE, or a disturbance.",
 )
+@click.option("--corners", is_flag=True, help="Run the corners of the family, too: ends of 'for' and 'disturbance'.")
 @click.option("--against", multiple=True, metavar="FILE", help="Run the loops of another file, too; may be repeated.")
 @click.option("-o", "--output", "out", metavar="DIR", help="Folder for summary.json, the data and the picture.")
 @click.option(
@@ -62,6 +66,7 @@ def simulate(
     file: str,
     name: str | None,
     settings: tuple[str, ...],
+    corners: bool,
     against: tuple[str, ...],
     out: str | None,
     solver: Solver,
@@ -77,15 +82,18 @@ def simulate(
     fuzzyctl simulate water_tank
     fuzzyctl simulate water_tank --set law.GU=2 -o out
     fuzzyctl simulate water_tank --against mathworks_tank
+    fuzzyctl simulate pendulum --corners
 
     All loops of a file are run side by side, or the one that is named. A plant in Python is executed, and so
     is the native code of an FMU.
 
-    Exit code: 0; 1 where a run is stopped or a requirement is not met.
+    Exit code: 0; 1 where a run is stopped, a requirement is not met, or a claim about every instant is broken.
     """
     from fuzzyctl.simulation.run import require_format
     from fuzzyctl.simulation.sample_times import measures_without_samples
 
+    if corners and solver != "RK4":
+        raise click.UsageError("--corners takes the solver RK4")
     require_format(data)
     loops = [pair for one in (file, *against) for pair in chosen_loops(one, name if one == file else None)]
     changed = settings_of(settings, [loop for _, loop in loops])
@@ -95,22 +103,101 @@ def simulate(
         # The folder is made, and known to be writable, before anything runs.
         files = None if out is None else stack.enter_context(results(Path(out), _names(folders.values())))
         runs = {label: _run(loop, solver, substeps) for label, loop in zip(labels, changed, strict=True)}
+        cornered = [_corners(loop, settings, substeps) for loop in changed] if corners else []
+        families = {label: one for label, one in zip(labels, cornered, strict=False) if one is not None}
+        if corners and not families:
+            raise click.UsageError("--corners: no loop has a family; add a 'for' or a 'disturbance' line")
         mistakes = _diagnostics(runs.values())
         for (_, loop), new in zip(loops, changed, strict=True):  # those of the file were shown when it was read
             spans = {d.span for d in measures_without_samples(loop)}
             mistakes += [d for d in measures_without_samples(new) if d.span not in spans]
         if form == "json":
             write_json(
-                {"runs": [_summary(*pair) for pair in runs.items()], "diagnostics": [d.as_dict() for d in mistakes]}
+                {
+                    "runs": [
+                        _summary(label, run) | ({"corners": families[label].data()} if label in families else {})
+                        for label, run in runs.items()
+                    ],
+                    "diagnostics": [d.as_dict() for d in mistakes],
+                }
             )
         else:
-            report(text_of(runs, terminal_width(sys.stdout)))
+            texts = [line for label, one in families.items() for line in one.text(label if len(runs) > 1 else "")]
+            report("\n".join([text_of(runs, terminal_width(sys.stdout)), *texts]))
             show(mistakes)
         if files is not None:
             written = _write(files, runs, folders, data, picture, svg_text)
             if form == "text":
                 say("\n".join(f"wrote {path}" for path in written))
-    return DONE if all(run.passed for run in runs.values()) else FAILED
+    passed = all(run.passed for run in runs.values()) and not any(one.broken for one in families.values())
+    return DONE if passed else FAILED
+
+
+@dataclass(frozen=True)
+class _Corners:
+    """The corners of the family of a loop, or members drawn in their place, and the claims that they break.
+
+    Args:
+        names: The numbers in which they differ.
+        count: How many were run.
+        drawn: Whether they are a Latin hypercube, since there are too many corners.
+        broken: The claims.
+        settings: The options `--set` that all of them have.
+    """
+
+    names: tuple[str, ...]
+    count: int
+    drawn: bool
+    broken: tuple[Broken, ...]
+    settings: tuple[str, ...]
+
+    def replay(self, one: Broken) -> str:
+        """Return the options that run the first member that breaks a claim."""
+        from fuzzyctl.simulation.members import replayed
+
+        return " ".join([*(f"--set {text}" for text in self.settings), replayed(one.member)])
+
+    def text(self, label: str) -> Iterator[str]:
+        """Yield the lines of a report."""
+        from fuzzyctl.simulation.members import STOPPED
+
+        what = "members, a Latin hypercube, since there are too many corners," if self.drawn else "corners"
+        head = f"{label}: " if label else ""
+        yield ""
+        yield f"{head}{self.count} {what} of {listed(self.names)}{'' if self.broken else ': no claim is broken'}"
+        for one in self.broken:
+            facts = f"  ({', '.join(one.facts)})" if one.facts else ""
+            count = f"{'' if one.claim == STOPPED else 'broken by '}{one.count} of {self.count}"
+            yield f"{head}{one.claim}: {count}, first by {self.replay(one)}{facts}"
+
+    def data(self) -> dict[str, Any]:
+        """Return the same as plain data."""
+        claims = [
+            {"claim": b.claim, "broken_by": b.count, "member": dict(b.member), "replay": self.replay(b)}
+            for b in self.broken
+        ]
+        return {"members": self.count, "drawn": self.drawn, "broken": claims}
+
+
+def _corners(loop: Loop, settings: Sequence[str], substeps: int) -> _Corners | None:
+    """Run the corners of a loop; None for one without a family."""
+    from fuzzyctl.simulation import members
+    from fuzzyctl.simulation.loop_params import short_names
+
+    if not loop.family:
+        return None
+    chosen, names = members.corners(loop), short_names(loop)
+    with status_line() as status:
+
+        def counted() -> Iterator[Run]:
+            for k, run in enumerate(members.runs(loop, chosen, substeps=substeps)):
+                yield run
+                if status is not None:
+                    status(f"{loop.name}: {k + 1:,} of {len(chosen):,} corners")
+
+        broken = tuple(members.broken(chosen, counted()))
+    others = [t for t in settings if names.get(t.partition("=")[0].strip(), "") not in loop.family]
+    return _Corners(tuple(loop.family), len(chosen), len(chosen) < 2 ** len(loop.family), broken, tuple(others))
 
 
 def _labels(loops: Sequence[tuple[str, Loop]]) -> list[str]:

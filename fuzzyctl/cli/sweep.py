@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -26,7 +27,8 @@ from fuzzyctl.support.shipped import place_of
 if TYPE_CHECKING:
     from fuzzyctl.experiments.estimates import Row
     from fuzzyctl.experiments.sweep_plan import Plan
-    from fuzzyctl.experiments.sweep_spec import Spec
+    from fuzzyctl.experiments.sweep_plan import Run as SweepRun
+    from fuzzyctl.experiments.sweep_spec import Spec, SpecFile
     from fuzzyctl.experiments.sweep_workers import Outcome
 
 
@@ -34,6 +36,13 @@ if TYPE_CHECKING:
 @click.argument("spec")
 @click.option(
     "--set", "overrides", multiple=True, metavar="NAME=VALUE", help="Set a param in all runs: PARAM, or BLOCK.PARAM."
+)
+@click.option(
+    "--for",
+    "members",
+    type=click.IntRange(1, 1_000_000),
+    metavar="N",
+    help="Run N members of the family of the loops, corners first; SPEC may be their rule file.",
 )
 @click.option(
     "-o",
@@ -55,6 +64,7 @@ if TYPE_CHECKING:
 def sweep(
     spec: str,
     overrides: tuple[str, ...],
+    members: int | None,
     folder: Path,
     formats: tuple[str, ...],
     jobs: int | None,
@@ -79,20 +89,30 @@ def sweep(
     """
     require_one(jobs, cluster)
     require_formats(formats)
-    from fuzzyctl.sweep.loop_files import against, read
+    from fuzzyctl.sweep.loop_files import against, read, spec_of_family, with_members
     from fuzzyctl.sweep.loops import Loops
 
-    place = place_of(spec, ".toml")
+    place, suffix = place_of(spec, ".toml"), ".toml"
+    if members is not None and (place.path.suffix == ".fz" or not place.path.exists()):
+        place, suffix = place_of(spec), ".fz"
     if place.path.exists():
-        remark_hidden(spec, place, ".toml")
-    file, plan = planned(place.path, read, lambda found: Loops(against(found)), overrides)
+        remark_hidden(spec, place, suffix)
+
+    def chosen(path: Path) -> SpecFile:
+        if members is None:
+            return read(path)
+        return spec_of_family(path, members) if suffix == ".fz" else with_members(read(path), members)
+
+    file, plan = planned(place.path, chosen, lambda found: Loops(against(found)), overrides)
     for name in (file.spec.scenario, *getattr(file.spec, "against", ())):
         remark_hidden(name, place_of(name, folder=place.path.parent))
     finished = swept(file, plan, overrides, folder, formats, (jobs, cluster), resume)
     if form == "json":
-        write_json(finished.summary)
+        more = {"worst": list(worst(plan, file.spec, finished.outcomes))} if file.spec.draws > 1 else {}
+        write_json(finished.summary | more)
         return DONE
-    say("\n".join([sentence(finished.summary, folder), *text_of(plan, file.spec, finished.outcomes)]))
+    lines = [sentence(finished.summary, folder), *text_of(plan, file.spec, finished.outcomes)]
+    say("\n".join([*lines, *_worst_text(plan, file.spec, finished.outcomes)]))
     return DONE
 
 
@@ -145,3 +165,51 @@ def _met(rows: Sequence[Row]) -> str:
     """Return the share of runs that meet all requirements."""
     met = [all(value for name, value in row.items() if name.startswith(REQUIRE)) for row in rows]
     return f"{100 * sum(met) / len(met):.0f}"
+
+
+def worst(plan: Plan[Any], spec: Spec, outcomes: Mapping[int, Outcome]) -> Iterator[dict[str, Any]]:
+    """Yield the worst run for each measure of each loop, then the first that breaks each claim, as plain data.
+
+    The smallest value of a measure is the worst if a claim asks for a large one, else the largest; no value is worse.
+
+    Args:
+        plan: The runs.
+        spec: The SPEC.
+        outcomes: The results, by number.
+    """
+    for label in dict.fromkeys(run.controller for run in plan.runs):
+        runs = [run for run in plan.runs if run.controller == label]
+        rows = {run.number: outcomes[run.number].row for run in runs}
+        for name in spec.measures or plan.runnable.measures(plan.scenario, [label]):
+            sign = -1.0 if plan.runnable.is_better_large(plan.scenario, label, name) else 1.0
+            values = {n: math.inf if row[name] is None else sign * row[name] for n, row in rows.items() if name in row}
+            if values:
+                run = max(runs, key=lambda r: values.get(r.number, -math.inf))
+                yield {"loop": label, "measure": name, "value": rows[run.number][name], **_replay(run, plan)}
+        for claim in (name for name in rows[runs[0].number] if name.startswith(REQUIRE)):
+            broken = [run for run in runs if not rows[run.number][claim]]
+            if broken:
+                yield {"loop": label, "claim": claim, "broken_by": len(broken), **_replay(broken[0], plan)}
+
+
+def _replay(run: SweepRun, plan: Plan[Any]) -> dict[str, Any]:
+    """Return the number of a run, and the options of `fuzzyctl simulate` that run it; noise is drawn as in the file."""
+    values = (text for text in run.overrides if text.partition("=")[0] != plan.runnable.seed)
+    return {"run": run.number, "replay": " ".join(f"--set {text}" for text in values)}
+
+
+def _worst_text(plan: Plan[Any], spec: Spec, outcomes: Mapping[int, Outcome]) -> Iterator[str]:
+    if spec.draws == 1:
+        return
+    several = len({run.controller for run in plan.runs}) > 1
+    yield ""
+    for one in worst(plan, spec, outcomes):
+        head = f"{one['loop']}: " if several else ""
+        if "measure" in one:
+            unit = plan.runnable.unit(plan.scenario, one["measure"])
+            value = "none" if one["value"] is None else f"{one['value']:.5g} {unit}".rstrip()
+            yield f"{head}worst {one['measure']}: {value}  run {one['run']}: {one['replay']}"
+        else:
+            count = sum(run.controller == one["loop"] for run in plan.runs)
+            first = f"first by run {one['run']}: {one['replay']}"
+            yield f"{head}{one['claim']}: broken by {one['broken_by']} of {count}, {first}"

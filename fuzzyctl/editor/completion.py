@@ -224,7 +224,7 @@ def _of_kinds(*kinds: str) -> _Proposals:
 
 
 def _claims(place: _Place) -> Iterator[Item] | None:
-    """Propose what a claim of a loop begins with: a word about every member, a measure or a param."""
+    """Propose the beginnings of a claim of a loop: a word about every member, a measure or a param."""
     if place.block != "loop":
         return None
     always = Item("always", "keyword", "require always CONDITION from 20 s", "a claim about every instant")

@@ -138,6 +138,14 @@ class Runnable(ABC, Generic[S]):
         """Return the measures that a SPEC may name; none where the class of the SPEC knows them."""
         return ()
 
+    def members(self, scenario: S, controllers: Sequence[str], spec: Any) -> Sequence[Mapping[str, float]]:
+        """Return values by key that are drawn from the ranges that a scenario declares; `spec.draws` of them.
+
+        Raises:
+            DiagnosticError: For a scenario without such ranges.
+        """
+        return ({},)
+
     def check(self, scenario: S, controllers: Sequence[str]) -> Mapping[str, UsedFile]:
         """Check a scenario for some controllers without compiling anything, and return the files it rests on, by name.
 
@@ -156,6 +164,10 @@ class Runnable(ABC, Generic[S]):
             key: Parts of the key.
         """
         return ""
+
+    def is_better_large(self, scenario: S, controller: str, measure: str) -> bool:
+        """Return whether large values of a measure are better than small ones."""
+        return False
 
     def unit(self, scenario: S, column: str) -> str:
         """Return the unit of a column of the results, an empty string without one."""

@@ -119,7 +119,7 @@ def _unread(plan: Plan[S], file: SpecFile, controllers: Sequence[str]) -> Iterat
 
 def count(file: SpecFile) -> int:
     """Return how many runs each controller has."""
-    return file.spec.runs * math.prod(len(values) for values in file.spec.grid.values())
+    return file.spec.draws * file.spec.runs * math.prod(len(values) for values in file.spec.grid.values())
 
 
 def _require_once(file: SpecFile, given: Sequence[str]) -> None:
@@ -167,14 +167,15 @@ def _require_measures(plan: Plan[S], file: SpecFile, controllers: Sequence[str])
 def _drafts(
     plan: Plan[S], file: SpecFile, controllers: Sequence[str], variables: Sequence[Variable], fixed: Sequence[str]
 ) -> Iterator[list[Run]]:
-    """Yield the runs of every point of the grid and every repetition, one for each controller."""
+    """Yield the runs of every member, every point of the grid and every repetition, one for each controller."""
     spec, number, seed = file.spec, itertools.count(), plan.runnable.seed
     keys = {*spec.grid, *spec.random, *(one.partition("=")[0] for one in fixed)}
     seeded = spec.runs > 1 and seed != "" and seed not in keys
     name, path = plan.scenario.name, plan.scenario.path
-    for point in itertools.product(*spec.grid.values()):
+    members = plan.runnable.members(plan.scenario, controllers, spec)
+    for member, point in itertools.product(members, itertools.product(*spec.grid.values())):
         for repetition in range(spec.runs):
-            values = dict(zip(spec.grid, point, strict=True))
+            values = {**member, **dict(zip(spec.grid, point, strict=True))}
             values |= {one.key: one.draw(spec.seed, repetition) for one in variables}
             if seeded:
                 values[seed] = int(generator(spec.seed, repetition, seed).integers(2**32))

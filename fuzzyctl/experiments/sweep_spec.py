@@ -82,6 +82,11 @@ class Spec(_Table):
     )
     random: dict[str, Distribution] = Field(default={}, description="values drawn anew for every repetition")
 
+    @property
+    def draws(self) -> int:
+        """The number of draws from the ranges that the scenario declares, see `Runnable.members`."""
+        return 1
+
 
 #: Tables whose keys are those of a scenario.
 TABLES = ("set", "grid", "random")

@@ -17,7 +17,7 @@ from fuzzyctl.records import dataclass
 #: Words with a blank before an opening parenthesis.
 _APART: Final = frozenset(
     {"in", "and", "or", "not", "if", "is", "unless", "else", "then", "otherwise", "when", "within", "rate", "weight"}
-    | {"require"}
+    | {"require", "always", "from", "until"}
 )
 _BINARY: Final = frozenset({"+", "-", "*", "/", "<=", ">=", "==", "!=", "<", ">", "="})
 _SETTINGS: Final = frozenset({"and", "or", "implication", "aggregation", "activation", "defuzzifier", "semantics"})

@@ -1,4 +1,4 @@
-"""Families of loops: their mistakes, and their members."""
+"""Checks of the families of loops, and of the times of claims about every instant."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _range(item: Varied | Disturbance, ends: tuple[float, float] | None, params:
         yield Diagnostic("FZ304", message, bounds.span, help="put the smaller end first")
     elif math.isinf(low) or math.isinf(high):
         message = f"the range of '{item.name}' is infinite"
-        facts = ("what is drawn, or proved for a family, has two finite ends",)
+        facts = ("draws and proofs need two finite ends",)
         ends_text = f"{-1 if math.isinf(low) else low:g}, {1 if math.isinf(high) else high:g}"
         help_text = f"write numbers, such as: in [{ends_text}]"
         yield Diagnostic("FZ302", message, bounds.span, facts=facts, help=help_text)
@@ -71,10 +71,10 @@ def _within(
         ends: The ends of its range.
         values: The params of the block that declares it.
     """
-    found, bounds, text = loop.declared(item.name), item.bounds, item.bounds.text(*ends)
-    if found is None:
+    declaration, bounds, text = loop.declared(item.name), item.bounds, item.bounds.text(*ends)
+    if declaration is None:
         return
-    _, declared = found
+    _, declared = declaration
     expr = declared.expression if isinstance(declared, Param) else getattr(declared, "start", None) or declared.nominal
     value = computed(expr, values)
     if isinstance(value, Diagnostic):

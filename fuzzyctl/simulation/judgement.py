@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace as replaced
 from graphlib import TopologicalSorter
 from typing import TYPE_CHECKING, Final
@@ -44,8 +44,8 @@ class Requirement:
         text: As it was written.
         holds: Whether the run meets it.
         verdict: The same in words; a run proves nothing of a claim about every instant of every member.
-        facts: The measures that it names, with their values, or those of its signals where it is broken first; its
-            tolerance.
+        facts: The measures that it names, with their values, and its tolerance; the first sample that breaks a claim
+            about every instant, with the values of its signals.
     """
 
     text: str
@@ -127,9 +127,9 @@ class Judgement:
         names = params | dict(measures)
         judged = [self._requirement(g, names, measures) for g in self._loop.requirements]
         judged = [replaced(r, holds=False, verdict=MET[False]) for r in judged] if stopped else judged
-        kept = [_kept(g, t, signal, params) for g in self._loop.always]
-        kept = [replaced(r, holds=False, verdict=OPEN) if r.holds else r for r in kept] if stopped else kept
-        return (*judged, *kept)
+        always = [_kept(g, t, signal, params, self._params) for g in self._loop.always]
+        always = [replaced(r, holds=False, verdict=OPEN) if r.holds else r for r in always] if stopped else always
+        return (*judged, *always)
 
     def _values(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return the values of all params, those that depend on free ones included."""
@@ -145,8 +145,22 @@ class Judgement:
         return Requirement(to_text(g.claim), holds, MET[holds], facts + tolerance)
 
 
-def _kept(g: Always, t: FloatArray, signal: Callable[[Expr], FloatArray], params: Mapping[str, float]) -> Requirement:
-    """Judge a claim about every instant at the samples of a run; one without a value there is broken."""
+def _kept(
+    g: Always,
+    t: FloatArray,
+    signal: Callable[[Expr], FloatArray],
+    params: Mapping[str, float],
+    constants: Collection[str],
+) -> Requirement:
+    """Judge a claim about every instant at the samples of a run; one without a value there is broken.
+
+    Args:
+        g: The claim.
+        t: Times of the samples, shape (n,) [s].
+        signal: Returns the record of an expression, shape (n,).
+        params: Values of all params.
+        constants: Names whose values are no news.
+    """
     import numpy as np
 
     from fuzzyctl.simulation.measures import between
@@ -159,7 +173,7 @@ def _kept(g: Always, t: FloatArray, signal: Callable[[Expr], FloatArray], params
     if len(broken):
         k = int(broken[0])
         reads = dict.fromkeys(e for e in _operands(g.claim) if not isinstance(e, Number))
-        values = [f"{to_text(e)} = {float(signal(e)[k]):.6g}" for e in reads if to_text(e) not in params]
+        values = [f"{to_text(e)} = {float(signal(e)[k]):.6g}" for e in reads if to_text(e) not in constants]
         facts = (f"at t = {float(t[k]):.6g} s", *values)
     return Requirement(guarantee_text(g), not facts, KEPT[not facts], facts)
 
@@ -177,7 +191,7 @@ def _operands(claim: Expr) -> Iterator[Expr]:
 
 
 def _truths(claim: Expr, signal: Callable[[Expr], FloatArray], within: float) -> tuple[BoolArray, BoolArray]:
-    """Return where a condition surely holds, and where it surely does not, each of shape (n,); neither for NaN."""
+    """Return whether a condition holds, and whether it fails, at each sample, shapes (n,); neither for NaN."""
     match claim:
         case Logic(op="not", operands=(operand,)):
             holds, fails = _truths(operand, signal, within)

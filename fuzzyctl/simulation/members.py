@@ -21,6 +21,8 @@ from fuzzyctl.simulation.run import Run
 
 #: Most corners of a family that are run.
 MOST_CORNERS: Final = 2**8
+#: The claim that a stopped run breaks.
+STOPPED: Final = "stopped"
 
 #: The numbers of a member by name.
 Member = Mapping[str, float]
@@ -45,7 +47,7 @@ def members(loop: Loop, count: int = MOST_CORNERS, seed: int = 0) -> list[Member
 
 
 def corners(loop: Loop) -> list[Member]:
-    """Return the corners of the family of a loop; of one with more than `MOST_CORNERS` a Latin hypercube of so many."""
+    """Return the corners of the family of a loop; if there are more than `MOST_CORNERS`, a Latin hypercube."""
     return members(loop, min(2 ** len(loop.family), MOST_CORNERS))
 
 
@@ -112,7 +114,7 @@ def broken(members: Sequence[Member], runs: Iterable[Run]) -> list[Broken]:
     for member, run in zip(members, runs, strict=True):
         reasons = {f"require {r.text}": r.facts for r in run.requirements if not r.holds}
         if run.stopped is not None:
-            reasons = {"stopped": (run.stopped.message,)}
+            reasons = {STOPPED: (run.stopped.message,)}
         for claim, facts in reasons.items():
             first = results.get(claim)
             results[claim] = Broken(claim, 1, member, facts) if first is None else replace(first, count=first.count + 1)

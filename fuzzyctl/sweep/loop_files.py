@@ -14,6 +14,7 @@ from typing import Annotated, Any, Final
 from pydantic import Field, Strict
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.diagnostics.suggestions import closest, did_you_mean
 from fuzzyctl.experiments import sweep_spec
 from fuzzyctl.experiments.scenario_keys import OverrideError, join_key, override, shorten, split_key
@@ -243,6 +244,14 @@ class LoopSpec(Spec):
     against: Annotated[tuple[str, ...], Strict(False)] = Field(
         default=(), description="further files beside the SPEC, or shipped ones, whose loops are run too"
     )
+    members: int = Field(
+        default=0, ge=0, le=1_000_000, description="members of the family of the loops that are run, as --for has them"
+    )
+
+    @property
+    def draws(self) -> int:
+        """How many members of the family are run."""
+        return max(self.members, 1)
 
 
 def read(path: Path) -> SpecFile:
@@ -252,6 +261,16 @@ def read(path: Path) -> SpecFile:
         DiagnosticError: With every mistake in it.
     """
     return sweep_spec.read(path, LoopSpec)
+
+
+def with_members(file: SpecFile, count: int) -> SpecFile:
+    """Return a SPEC that runs a number of members of the family of its loops."""
+    return dataclasses.replace(file, spec=file.spec.model_copy(update={"members": count}))
+
+
+def spec_of_family(path: Path, count: int) -> SpecFile:
+    """Return a SPEC that runs a number of members of the family of the loops of a rule file."""
+    return SpecFile(LoopSpec(scenario=path.name, members=count), SourceText(path.name, ""), path)
 
 
 def against(file: SpecFile) -> tuple[Path, ...]:

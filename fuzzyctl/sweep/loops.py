@@ -12,15 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError
 from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
+from fuzzyctl.expr import Compare, Name, walk
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.experiment import Experiment
-from fuzzyctl.simulation.fmu_plant import require_fixed
 from fuzzyctl.simulation.loop_params import blocks_of, with_settings
+from fuzzyctl.simulation.members import can_be_free, members
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.signals import Noise, Table
 from fuzzyctl.support.shipped import place_of
@@ -78,6 +79,22 @@ class Loops(Runnable[LoopScenario]):
         """Return the measures of some loops."""
         return tuple(dict.fromkeys(m.name for label in controllers for m in scenario.files.loops[label].measures))
 
+    def members(self, scenario: LoopScenario, controllers: Sequence[str], spec: Any) -> Sequence[Mapping[str, float]]:
+        """Return members of the family of the loops, corners first; loops without a family take those of the others."""
+        if not getattr(spec, "members", 0):
+            return ({},)
+        loops = [with_settings(scenario.files.loops[label], scenario.of(label)) for label in controllers]
+        families = [loop for loop in loops if loop.family]
+        if not families:
+            help_text = "add a 'for' or a 'disturbance' line to a loop"
+            raise DiagnosticError([Diagnostic("FZ904", "no loop has a family to draw from", help=help_text)])
+        other = next((loop for loop in families if loop.family != families[0].family), None)
+        if other is not None:
+            message = f"loops '{families[0].name}' and '{other.name}' have different families"
+            help_text = "give them the same 'for' and 'disturbance' lines, or name one loop with 'controllers'"
+            raise DiagnosticError([Diagnostic("FZ904", message, other.span, help=help_text)])
+        return members(families[0], spec.members, spec.seed)
+
     def check(self, scenario: LoopScenario, controllers: Sequence[str]) -> Mapping[str, UsedFile]:
         """Expand the loops, once for all values of free params, and read their tables."""
         for label in controllers:
@@ -115,6 +132,12 @@ class Loops(Runnable[LoopScenario]):
 
         return Prepared(self._used(scenario, again=True), compute)
 
+    def is_better_large(self, scenario: LoopScenario, controller: str, measure: str) -> bool:
+        """Return whether a requirement asks for a large value of a measure."""
+        claims = (node for g in scenario.files.loops[controller].requirements for node in walk(g.claim))
+        ordered = [c for c in claims if isinstance(c, Compare) and c.op not in ("==", "!=")]
+        return any((c.left if c.op in (">", ">=") else c.right) == Name(measure) for c in ordered)
+
     def unit(self, scenario: LoopScenario, column: str) -> str:
         """Return the unit of a measure or of a param."""
         if column == "t_end":
@@ -139,7 +162,7 @@ class Loops(Runnable[LoopScenario]):
         values = scenario.of(label)
         chosen = (label, tuple(values))
         if chosen not in self.known.free:
-            self.known.free[chosen] = {name for name in values if _can_be_free(loop, name)}
+            self.known.free[chosen] = {name for name in values if can_be_free(loop, name)}
         free = {name: value for name, value in values.items() if name in self.known.free[chosen]}
         return free, {name: value for name, value in values.items() if name not in free}
 
@@ -153,16 +176,6 @@ class Loops(Runnable[LoopScenario]):
             relative = path.relative_to(scenario.path.parent) if path.is_relative_to(scenario.path.parent) else path
             files[relative.as_posix()] = UsedFile(path, hashlib.sha256(content).hexdigest())
         return files
-
-
-def _can_be_free(loop: Loop, name: str) -> bool:
-    """Whether a param can be an argument of a compiled run; starts of states and params of FMUs cannot."""
-    try:
-        require_fixed(loop, (name,))
-        loop_equations(with_instance_params(loop, (name,)), free=(name,))
-    except ArgumentError:
-        return False
-    return True
 
 
 def _param_units(loop: Loop) -> Iterator[tuple[str, str]]:

@@ -1,6 +1,7 @@
 """Files that `fuzzyctl simulate` writes; transcripts/simulate.txt holds what it prints."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -106,3 +107,56 @@ def test_a_table_of_runs_that_is_wider_than_the_terminal_is_printed_in_parts(sma
     heads = [line.split() for line in lines if line.startswith("measure")]
     assert heads == [["measure", "first", "second"], ["measure", "third", "fourth"]]
     assert max(len(line) for line in lines if line.startswith(("measure", "final"))) <= 45
+
+
+FAMILY = SMALL.replace(
+    "run 5 s", "for p.x in [0, 1]\nfor p.K in [1, 2]\ndisturbance w in [0, 0.5] = 0\nrequire always p.x <= 0.9\nrun 5 s"
+).replace("p(law.u)", "p(law.u + w)")
+
+
+@pytest.fixture
+def family(tmp_path):
+    path = tmp_path / "family.fz"
+    path.write_text(FAMILY, encoding="utf-8")
+    return path
+
+
+def test_corners_that_break_a_claim_are_replayed_by_their_line(family):
+    found = run(family, "--corners")
+    assert found.exit_code == 1
+    kept, blank, head, first = found.output.splitlines()[-4:]
+    assert kept == "require always p.x <= 0.9: kept by this run"
+    assert blank == ""
+    assert head == "8 corners of p.x, p.K, w"
+    line, facts = "--set p.x=0.0 --set p.K=2.0 --set w=0.5", "(at t = 0.7 s, p.x = 0.904924)"
+    assert first == f"require always p.x <= 0.9: broken by 5 of 8, first by {line}  {facts}"
+    again = run(family, *line.split())
+    assert f"require always p.x <= 0.9: broken  {facts}" in again.output
+    assert again.exit_code == 1
+    data = json.loads(run(family, "--corners", "--set", "law.K=2", "--format", "json").output)["runs"][0]["corners"]
+    assert (data["members"], data["drawn"]) == (8, False)
+    assert data["broken"][0]["replay"].startswith("--set law.K=2 --set p.x=")
+
+
+def test_corners_that_break_no_claim(family):
+    family.write_text(FAMILY.replace("p.x <= 0.9", "p.x <= 1"), encoding="utf-8")
+    found = run(family, "--corners")
+    assert found.output.splitlines()[-1] == "8 corners of p.x, p.K, w: no claim is broken"
+    assert found.exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"), [((), "no loop has a family"), (("--solver", "Radau"), "the solver RK4")]
+)
+def test_corners_need_a_family_and_rk4(small, arguments, words):
+    found = run(small, "--corners", *arguments)
+    assert found.exit_code == 2
+    assert words in found.output
+
+
+def test_too_many_corners_are_drawn_and_stopped_members_named(family):
+    lines = "\n".join(f"disturbance d{k} in [0, 9] = 0" for k in range(6))
+    family.write_text(FAMILY.replace("for p.x", f"{lines}\nfor p.x").replace("u + w", "u + w + d0"), encoding="utf-8")
+    found = run(family, "--corners")
+    assert "256 members, a Latin hypercube, since there are too many corners, of p.x, p.K, d0" in found.output
+    assert re.search(r"\nstopped: \d+ of 256, first by --set p.x=.*left its range", found.output)

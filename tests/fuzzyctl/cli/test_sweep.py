@@ -1,10 +1,14 @@
 """`fuzzyctl sweep`: what it prints, its exit codes, a SPEC with mistakes."""
 
+import csv
+import itertools
 import json
+import math
 
 import pytest
 
 from tests.commands import runner
+from tests.fuzzyctl.cli.test_simulate import FAMILY
 from tests.shipped import SYSTEMS
 
 SPEC = """
@@ -71,3 +75,71 @@ def test_mistakes_are_reported_before_the_first_run(spec, tmp_path, text, argume
     found = run(*path, *arguments, "-o", tmp_path / "out")
     assert (found.exit_code, words in found.output) == (code, True), found.output
     assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def family(tmp_path):
+    path = tmp_path / "family.fz"
+    path.write_text(FAMILY + "measure least = minimum(p.y)\nrequire least >= 0.1\n", encoding="utf-8")
+    return path
+
+
+def test_members_of_a_family_are_run_and_the_worst_are_named(family, tmp_path):
+    found = run(family, "--for", 12, "-o", tmp_path / "out", "--jobs", 1)
+    assert found.exit_code == 0, found.output
+    lines = found.output.splitlines()
+    assert lines[0] == "12 runs, all to the end"
+    assert lines[-5] == "worst final: 1 m  run 7: --set p.x=1.0 --set p.K=2.0 --set w=0.5"
+    assert lines[-3] == "worst least: 0  run 0: --set p.x=0.0 --set p.K=1.0 --set w=0.0"
+    assert [line.partition(":")[0] for line in lines[-2:]] == ["require least >= 0.1", "require always p.x <= 0.9"]
+    rows = (tmp_path / "out" / "results.csv").read_text().splitlines()
+    assert rows[0].startswith("run,scenario,controller,repetition,p.x,p.K,w,t_end,")
+    assert len(rows) == 13
+    data = json.loads(run(family, "--for", 9, "-o", tmp_path / "two", "--jobs", 1, "--format", "json").output)
+    assert data["worst"][0] | {"value": 0} == {
+        "loop": "small", "measure": "final", "value": 0, "run": 7, "replay": "--set p.x=1.0 --set p.K=2.0 --set w=0.5",
+    }  # fmt: skip
+
+
+def test_a_spec_may_vary_more_than_the_family(family, tmp_path):
+    spec = tmp_path / "spec.toml"
+    spec.write_text('scenario = "family.fz"\nmembers = 3\nseed = 2\n[grid]\n"law.K" = [0.5, 1.0]\n', encoding="utf-8")
+    found = run(spec, "-o", tmp_path / "out", "--jobs", 1)
+    assert found.output.splitlines()[0] == "6 runs, all to the end"
+    assert "--set p.x=" in found.output.splitlines()[-1]
+    assert "--set law.K=" in found.output.splitlines()[-1]
+    twice = run(spec, "--for", 2, "--set", "p.x=0.5", "-o", tmp_path / "two", "--jobs", 1)
+    assert twice.exit_code != 0
+    assert "p.x is given twice" in twice.output
+
+
+def test_a_sweep_of_members_needs_a_family(spec, tmp_path):
+    found = run(spec(), "--for", 2, "-o", tmp_path / "out")
+    assert found.exit_code == 1
+    assert "no loop has a family to draw from" in found.output
+
+
+def members_of(path, tmp_path, count, *arguments):
+    """Return the values of some columns of the members that a sweep runs, by name."""
+    out = tmp_path / f"out{count}"
+    found = run(path, "--for", count, "-o", out, "--jobs", 1, *arguments)
+    assert found.exit_code == 0, found.output
+    names, *rows = csv.reader((out / "results.csv").read_text().splitlines())
+    return {name: [float(row[names.index(name)]) for row in rows] for name in ("p.x", "p.K", "w")}
+
+
+def test_corners_come_before_a_latin_hypercube(family, tmp_path):
+    columns = members_of(family, tmp_path, 16)
+    assert list(zip(*(c[:8] for c in columns.values()), strict=True)) == [
+        *itertools.product((0.0, 1.0), (1.0, 2.0), (0.0, 0.5))
+    ]
+    assert sorted(int(8 * x) for x in columns["p.x"][8:]) == list(range(8))  # one in each eighth of the range
+    assert not {*members_of(family, tmp_path, 7)["p.x"]} & {0.0, 1.0}  # fewer than there are corners
+
+
+def test_ends_outside_of_a_range_are_missed_by_a_hair(family, tmp_path):
+    text = FAMILY.replace("p.K in [1, 2]", "p.K in (1, 2)").replace("w in [0, 0.5]", "w in [0, p_most]")
+    family.write_text(text.replace("block law", "param p_most = 0.25\nblock law"), encoding="utf-8")
+    columns = members_of(family, tmp_path, 8, "--set", "p_most=0.125")
+    assert {*columns["p.K"]} == {math.nextafter(1.0, 2.0), math.nextafter(2.0, 1.0)}
+    assert {*columns["w"]} == {0.0, 0.125}

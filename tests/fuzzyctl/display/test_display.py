@@ -203,7 +203,7 @@ def test_a_run_that_stops_says_why(loop):
     run = fuzzyctl.simulate(loop, backend="python", GE=0.01)
     if run.stopped is not None:
         assert escape(run.stopped.message) in run._repr_html_()
-    assert "does not hold" in run._repr_html_()
+    assert "not met" in run._repr_html_()
 
 
 def test_long_tables_are_cut_and_counted():

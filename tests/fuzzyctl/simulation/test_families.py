@@ -101,7 +101,8 @@ def test_starts_and_disturbances_are_free_numbers(family, backend):
 
 def test_instances_of_one_plant_have_starts_of_their_own(loop):
     plant = "plant p\ninput u\nstate x = 1\nder x = u\noutput y = x\n"
-    run = simulate(loop(plant + "loop l\nblock a = p(0)\nblock b = p(0)\nrun 1 s step 1 s\n"), backend="python", **{"b.x": 3.0})
+    two = loop(plant + "loop l\nblock a = p(0)\nblock b = p(0)\nrun 1 s step 1 s\n")
+    run = simulate(two, backend="python", **{"b.x": 3.0})
     assert (run["a.x"][0], run["b.x"][0]) == (1.0, 3.0)
 
 
