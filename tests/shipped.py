@@ -1,6 +1,6 @@
 """Shipped rule files: those of fuzzy systems, and those of control laws."""
 
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.support.files import rules_folder
 
 _FILES = sorted(rules_folder().glob("*.fz"))
 #: Files that hold one fuzzy system.

@@ -162,6 +162,8 @@ def test_a_circle_of_types_and_lazy_imports_is_found(tmp_path):
     assert circles(imports_between([("p", tmp_path)])) == []
     (tmp_path / "d.py").write_text("from p.b import f", encoding="utf-8")
     assert circles(imports_between([("p", tmp_path)])) == [{"p.b", "p.c", "p.d"}]
+    (tmp_path / "d.py").write_text("from p import d", encoding="utf-8")
+    assert circles(imports_between([("p", tmp_path)])) == [{"p.d"}]
 
 
 def test_fuzzyctl_imports_nothing_of_its_applications():

@@ -17,7 +17,7 @@ from fuzzyctl.model.profiles import ProfileName
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import dataclass
 from fuzzyctl.support import arguments
-from fuzzyctl.support.shipped import MAX_BYTES, place_of, read_source
+from fuzzyctl.support.files import MAX_BYTES, place_of, read_source
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict

@@ -30,7 +30,7 @@ from fuzzyctl.cli.streams import print_diff, say, write_data
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.fixes import APPLICABILITIES
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
-from fuzzyctl.support.shipped import place_of, read_place
+from fuzzyctl.support.files import place_of, read_place
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.source import SourceText
@@ -290,7 +290,7 @@ def watch_file(file: str, values: Sequence[str], out: str | None, name: str | No
 def _commands(file: str, path: Path, values: Sequence[str], out: str | None, name: str | None) -> Iterator[list[str]]:
     """Yield the commands of a save; each runs only if the one before found no mistake."""
     from fuzzyctl.loading.examination import look_through
-    from fuzzyctl.support.shipped import read_source
+    from fuzzyctl.support.files import read_source
 
     yield ["check", file]
     chosen, written = ([option, text] if text is not None else [] for option, text in (("--block", name), ("-o", out)))
@@ -309,7 +309,7 @@ def _commands(file: str, path: Path, values: Sequence[str], out: str | None, nam
 def _is_stopped(path: Path) -> bool:
     """Return whether a file has mistakes besides guarantees that do not hold."""
     from fuzzyctl.analysis.check import check_source
-    from fuzzyctl.support.shipped import read_source
+    from fuzzyctl.support.files import read_source
 
     try:
         return any(d.stops for d in check_source(read_source(path), folder=path.parent)[1])

@@ -15,7 +15,7 @@ import click
 from fuzzyctl.cli.streams import painted, say, terminal_width, use_color, writable_output, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, UnknownNameError, render_all
 from fuzzyctl.diagnostics.suggestions import closest
-from fuzzyctl.support.shipped import to_number
+from fuzzyctl.support.files import to_number
 
 if TYPE_CHECKING:
     from fuzzyctl.kernels.kernel import Kernel

@@ -13,7 +13,7 @@ from fuzzyctl.cli.loading import content_of, require_own
 from fuzzyctl.cli.streams import print_diff, say, write_data
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
-from fuzzyctl.support.shipped import Place
+from fuzzyctl.support.files import Place
 from fuzzyctl.support.writing import written_whole
 
 
@@ -80,7 +80,7 @@ def _laid_out(file: str) -> _Laid:
     from fuzzyctl.formats.registry import format_of
     from fuzzyctl.lang.formatter import format_source
     from fuzzyctl.lang.parser import parse
-    from fuzzyctl.support.shipped import decode
+    from fuzzyctl.support.files import decode
 
     foreign = format_of(file)
     if foreign is not None:

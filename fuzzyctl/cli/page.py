@@ -42,7 +42,7 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     Exit code 1 if a guarantee is refuted, a requirement of a loop is not met or its run is stopped, 3 if a guarantee is
     undecided; the page is written.
     """
-    from fuzzyctl.analysis import work as clock
+    from fuzzyctl.analysis.work import clock
     from fuzzyctl.loading.load import chosen
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.loop import Loop
@@ -99,8 +99,8 @@ def _sections(examined: Examined, choice: Choice, diagnostics: list[Diagnostic],
     Raises:
         DiagnosticError: For a block with errors, and one that JavaScript cannot compute.
     """
-    from fuzzyctl.analysis import work as clock
     from fuzzyctl.analysis.prove import CLAIM_SECONDS
+    from fuzzyctl.analysis.work import clock
     from fuzzyctl.codegen import javascript_source
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.prepare import prepare

@@ -249,9 +249,8 @@ def print_bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
         timeout: Seconds that all bounds may take together.
         form: "text" or "json".
     """
-    from fuzzyctl.analysis import work as clock
     from fuzzyctl.analysis.extremes import extents
-    from fuzzyctl.analysis.work import written
+    from fuzzyctl.analysis.work import clock, written
     from fuzzyctl.kernels.plan.build import plan
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem

@@ -14,7 +14,7 @@ import fuzzyctl
 from fuzzyctl.cli.common import DONE, FAILED, answers_with_diagnostics
 from fuzzyctl.cli.loading import folder_of, source_of
 from fuzzyctl.cli.streams import say
-from fuzzyctl.support.shipped import place_of, studio_folder
+from fuzzyctl.support.files import place_of, studio_folder
 
 #: The command that installs the studio, or the one of this version.
 REPAIR: Final = "pip install 'fuzzyctl[studio]', or in a clone: pip install ./apps/studio"

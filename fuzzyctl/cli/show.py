@@ -12,7 +12,7 @@ from fuzzyctl.cli.common import ALGORITHM, DONE, FORMAT, QUIET, answers_with_dia
 from fuzzyctl.cli.loading import Choice, chooses, open_block, open_blocks
 from fuzzyctl.cli.streams import say, use_color, write_json
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.support.shipped import first_sentence, shipped_groups
+from fuzzyctl.support.files import first_sentence, shipped_groups
 
 
 @click.command("show")

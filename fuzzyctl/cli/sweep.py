@@ -21,7 +21,7 @@ from fuzzyctl.cli.sweeps import (
     sentence,
     swept,
 )
-from fuzzyctl.support.shipped import place_of
+from fuzzyctl.support.files import place_of
 
 if TYPE_CHECKING:
     from fuzzyctl.experiments.estimates import Row

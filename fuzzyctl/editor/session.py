@@ -31,7 +31,7 @@ from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.lights import Light
 from fuzzyctl.editor.protocol import Protocol, is_of_client, log_in_lines
 from fuzzyctl.editor.symbols import Symbol
-from fuzzyctl.support.shipped import MAX_BYTES, is_below, read_source
+from fuzzyctl.support.files import MAX_BYTES, is_below, read_source
 
 #: Seconds that a text rests before it is checked, in which a burst of changes arrives, and before its proofs begin.
 BREATH: Final = 0.001

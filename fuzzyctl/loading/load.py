@@ -14,7 +14,7 @@ from fuzzyctl.loading.examination import Examined, look_through
 from fuzzyctl.model.block import Block
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
-from fuzzyctl.support.shipped import MAX_BYTES, decode, place_of, read_source
+from fuzzyctl.support.files import MAX_BYTES, decode, place_of, read_source
 
 if TYPE_CHECKING:
     from fuzzyctl.loading.examination import Examined

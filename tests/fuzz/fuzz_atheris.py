@@ -12,7 +12,7 @@ with atheris.instrument_imports(include=["fuzzyctl"]):
     from fuzz_language import one
 
     from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-    from fuzzyctl.support.shipped import decode
+    from fuzzyctl.support.files import decode
 
 
 def try_one(data):

@@ -25,7 +25,7 @@ from fuzzyctl import DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.registry import FORMATS
 from fuzzyctl.loading.load import examine_all
-from fuzzyctl.support.shipped import decode
+from fuzzyctl.support.files import decode
 
 DRAWN = {"fll": fll, "fis": fis, "fcl": fcl, "fml": fml}
 SAMPLES = Path(__file__).parent.parent / "fuzzyctl" / "formats"

@@ -181,7 +181,7 @@ def typed(case, at):
 def prove(case):
     """Prove the guarantees; each look at the clock takes a millisecond, whatever else the machine does."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fuzzyctl.analysis.work.now", itertools.count(step=0.001).__next__)
+        patch.setattr("fuzzyctl.analysis.work.clock.now", itertools.count(step=0.001).__next__)
         lights.prove(case.now)
 
 

@@ -20,7 +20,7 @@ from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.result_files import finite
 from fuzzyctl.loading.assembly import files_read
-from fuzzyctl.support.shipped import first_sentence, rules_folder
+from fuzzyctl.support.files import first_sentence, rules_folder
 from fuzzyctl.support.writing import folder_for, write_together
 
 if TYPE_CHECKING:
