@@ -241,11 +241,11 @@ def under(block: AnyBlock, profile: ProfileName | None) -> AnyBlock:
     if profile is None:
         return block
     from fuzzyctl.model.as_profile import as_profile
-    from fuzzyctl.model.checks.checks import kept
+    from fuzzyctl.model.checks.checks import profile_hints
 
     def changed(system: FuzzySystem) -> FuzzySystem:
         under_profile = as_profile(system, profile)
-        show(kept(system, profile))
+        show(profile_hints(system, profile))
         return under_profile
 
     return block.with_systems(changed)

@@ -34,7 +34,7 @@ from fuzzyctl.simulation.judgement import Judgement
 from fuzzyctl.simulation.loop_params import Ranges, block_params, params_of
 from fuzzyctl.simulation.python_plant import PythonPlant
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.simulation.source import (
+from fuzzyctl.simulation.runge_kutta import (
     External,
     LoopPrograms,
     compiled,

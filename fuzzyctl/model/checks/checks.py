@@ -387,8 +387,8 @@ def _hedged(system: FuzzySystem) -> Iterator[Diagnostic]:
                         yield Diagnostic("FZ214", message, c.span)
 
 
-def kept(system: FuzzySystem, name: str) -> list[Diagnostic]:
-    """Return hints at the parts that a profile leaves otherwise than its tool.
+def profile_hints(system: FuzzySystem, name: str) -> list[Diagnostic]:
+    """Return hints about parts of a system that a profile does not compute as its tool does.
 
     These are hints at another version of the system's tool and at rule blocks that keep other norms, and
     warnings of rules that the tool leaves out. A system sets norms and a profile sets numerics, so blocks keep their
