@@ -1,6 +1,7 @@
 """Formation of differential-drive robots under sliding mode control, after Goto, Bertol and Martins.
 
-`read`, `simulate` and `measure` run a scenario from Python. `import dwmr` loads nothing heavy.
+`read`, `simulate` and `measure` run a scenario from Python; `find` returns the file of a shipped one. `import dwmr`
+loads nothing heavy.
 """
 
 from __future__ import annotations
@@ -29,3 +30,7 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'dwmr' has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__]

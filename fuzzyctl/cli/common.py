@@ -111,7 +111,7 @@ STATE = click.option(
     "state",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Set a number of the state; may be repeated.  [default: that of the start]",
+    help="Set a number of the state; may be repeated.  [default: the initial state]",
 )
 SVG_TEXT = click.option("--svg-text", is_flag=True, help="Keep the texts of an SVG as text, not as outlines.")
 #: Where a command keeps whether it is quiet, the warnings that it has printed, and whether it has read standard input.

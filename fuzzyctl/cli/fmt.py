@@ -41,10 +41,10 @@ class _Laid:
 @DIAGNOSTICS_FORMAT
 @answers_with_diagnostics
 def fmt(files: tuple[str, ...], only_check: bool, only_diff: bool, form: str) -> int:
-    """Lay rule files out: spacing, indentation, columns of tables.
+    """Format rule files: spacing, indentation, columns of tables.
 
     Comments and numbers stay as typed. '-' reads standard input and writes standard output.
-    A file with syntax errors is left alone.
+    A file with syntax errors is not changed.
     """
     if form != "text" and (not only_check or only_diff):
         raise click.UsageError("'--format' belongs to '--check'")

@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 def page(file: str, out: str | None, choice: Choice) -> int:
     """Write a file as one HTML page that computes offline, to look at and to share.
 
-    It has sliders for the inputs, terms with their degrees, the rules that act, surfaces, and what is proved; steps of
-    controllers; loops over time, which are run before. Its numbers come from JavaScript as 'fuzzyctl codegen' writes
-    it. The page of a file whose guarantee is refuted begins at the point that shows it.
+    It has sliders for the inputs, terms with their degrees, the rules that act, surfaces, and proved facts; steps
+    of controllers; loops over time, which are run beforehand. Its numbers come from JavaScript as 'fuzzyctl
+    codegen' writes it. The page of a file whose guarantee is refuted begins at the point that shows it.
 
     \b
     fuzzyctl page tipper -o tipper.html

@@ -82,12 +82,12 @@ def why(block: Controller, values: Mapping[str, float] | Column | None = None, /
 def why(
     block: FuzzySystem | Controller, values: Mapping[str, float] | Column | None = None, /, **named: float
 ) -> Trace | BlockTrace:
-    """Say why a system, or the first step of a controller, gives what it gives at a point.
+    """Explain the outputs of a system, or of the first step of a controller, at a point.
 
     A notebook shows the rules that act.
 
     Args:
-        block: A well-formed system or controller; its state is that of the start.
+        block: A well-formed system or controller; its state is the initial one.
         values: A number for every input by name; a Series of pandas has the names as labels. A controller whose steps
             depend on the time since the step before takes `dt` [s] as well.
         named: The same for names that Python can write.

@@ -1,6 +1,6 @@
 import pytest
 
-from fuzzyctl import Block
+from fuzzyctl import ArgumentError, Block
 from fuzzyctl.testing import check_text, run_command
 
 
@@ -15,6 +15,9 @@ def test_a_text_is_checked_with_its_name_and_folder(base, tmp_path):
     (tmp_path / "cells.csv").write_text(",N,P\nN,N,Z\nZ,N,P\nP,Z,P\n", encoding="utf-8")
     assert check_text(table)[0] == ()
     assert check_text(table, folder=tmp_path)[1] == []
+    assert check_text(table, folder=str(tmp_path))[1] == []
+    with pytest.raises(ArgumentError, match="expected a text"):
+        check_text(base.encode())
 
 
 def test_a_claim_is_refuted_unless_told_otherwise(base):

@@ -177,7 +177,7 @@ def _write(
 
 @click.command(context_settings={"show_default": True})
 @click.argument("scenario")
-@run_options.output_option("path", "report.html", "FILE", "HTML page to write; one that exists is replaced.")
+@run_options.output_option("path", "report.html", "FILE", "HTML page to write; an existing one is replaced.")
 @run_options.controller_option
 @run_options.rules_option
 @run_options.set_option

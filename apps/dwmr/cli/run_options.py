@@ -63,9 +63,9 @@ def output_option(name: str, default: str, kind: str, help: str) -> Callable[[Co
 
 def format_option(command: Command) -> Command:
     """Add --format to a command."""
-    return click.option(
-        "--format", "style", type=click.Choice(["text", "json"]), default="text", help="What to print."
-    )(command)
+    return click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="How to print.")(
+        command
+    )
 
 
 @dataclass(frozen=True)
