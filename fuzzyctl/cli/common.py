@@ -211,7 +211,7 @@ def assignments(texts: Iterable[str], names: Sequence[str], kind: str) -> dict[s
     """Read `name=value` arguments.
 
     Raises:
-        DiagnosticError: With all unknown names, repeated names and values that are no numbers.
+        DiagnosticError: With all unknown names, repeated names and values that are not numbers.
     """
     values: dict[str, float] = {}
     mistakes: list[Diagnostic] = []

@@ -82,7 +82,7 @@ def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> No
     """Refuse settings of no block.
 
     Raises:
-        DiagnosticError: For names that no block has, and values that are no numbers.
+        DiagnosticError: For names that no block has, and values that are not numbers.
     """
     if not choice.settings:
         return

@@ -378,7 +378,7 @@ def path_of(uri: str) -> str | None:
 
 
 def uri_of(name: str) -> str:
-    """Return the address of a source by its name, which is a path or the address of a text that is no file."""
+    """Return the address of a source by its name, which is a path or the address of a text that is not a file."""
     if "://" in name or name.startswith("untitled:"):
         return name
     return uris.from_fs_path(os.path.abspath(name)) or name
@@ -428,7 +428,7 @@ class Workspace:
             if known is None or known[0] != stamp:
                 known = (stamp, Document(read_source(path, only_regular=True), path.parent))
                 self._read[path] = known
-        except (OSError, DiagnosticError):  # it vanished, or is no text
+        except (OSError, DiagnosticError):  # it vanished, or is not text
             return None
         return known[1]
 

@@ -93,7 +93,7 @@ def why(
         named: The same for names that Python can write.
 
     Raises:
-        UnknownNameError: For a name that is no input.
+        UnknownNameError: For a name that is not an input.
         ArgumentError: When an input is missing, given twice, or no number.
         NoRuleFiresError: Where no rule fires for an output that says `else error`.
     """
@@ -120,7 +120,7 @@ def trace_block(
         state: The numbers of the state before the step by name; None for those of the start.
 
     Raises:
-        UnknownNameError: For a name that is no input.
+        UnknownNameError: For a name that is not an input.
         ArgumentError: When an input is missing or no number, and for a state of other names.
         ValueOutOfBoundsError: For a `dt` that is not positive and finite.
         NoRuleFiresError: Where no rule of a system fires whose output says `else error`.

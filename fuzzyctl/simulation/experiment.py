@@ -185,7 +185,7 @@ class Experiment(Displayed):
             The run; one that was stopped, or interrupted, has the data up to there and says why.
 
         Raises:
-            ArgumentError: For another number of values, a number of substeps that is no positive integer, and a seed
+            ArgumentError: For another number of values, a number of substeps that is not a positive integer, and a seed
                 that is negative or no integer.
             ValueOutOfBoundsError: For a value that is not finite, or outside the range of its param.
         """

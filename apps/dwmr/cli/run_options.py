@@ -127,7 +127,7 @@ def laws_of(task: Task, controller: str | None) -> tuple[str, ...]:
     """Return the names of the control laws that --controller asks for.
 
     Raises:
-        click.BadParameter: For a word that is no law, no group of laws, and no law beside the scenario; for one that is
+        click.BadParameter: For a word that is neither a law, a group, nor a law beside the scenario; for one that is
             there twice.
     """
     if controller is None:
@@ -150,7 +150,7 @@ def words_of(controller: str) -> tuple[str, ...]:
 
 
 def require_law(word: str, folder: Path, scenario: str) -> None:
-    """Refuse a word that is no law, no group of laws, and no law in the folder of a scenario."""
+    """Refuse a word that is neither a law, a group of laws, nor a law in the folder of a scenario."""
     if word in laws.GROUPS or laws.exists(word, folder):
         return
     words = ", ".join(repr(name) for name in (*laws.names(), *laws.GROUPS))

@@ -133,7 +133,7 @@ def read(path: str | Path, overrides: Iterable[str] = ()) -> ScenarioFile:
         mistakes += turning(scenario, shape, places)
     if mistakes:
         raise DiagnosticError(mistakes)
-    # values of each robot in an extending scenario or by --set are no slip of the table below
+    # values of each robot in an extending scenario or by --set are not mistakes of the table below
     table_keys = frozenset(leaves(_tables(layers[0].data, COMMON)))
     idle = [key for key in unused if key in table_keys and not places.given(COMMON, *key)]
     warned = without_effect(idle, scenario.robots, places)
@@ -192,7 +192,7 @@ def give(data: Mapping[str, Any], places: Places) -> dict[str, Any]:
     """Merge the [robot] table under every robot of [robots].
 
     Raises:
-        DiagnosticError: When [robot] is no table.
+        DiagnosticError: When [robot] is not a table.
     """
     rest = {k: v for k, v in data.items() if k != COMMON}
     common, robots = data.get(COMMON, {}), data.get("robots")

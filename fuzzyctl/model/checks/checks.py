@@ -114,7 +114,7 @@ def misfitting_activation(system: FuzzySystem) -> Iterator[Diagnostic]:
 
 
 def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find antecedents that name a term of an output that is no fuzzy set."""
+    """Find antecedents that name a term of an output that is not a fuzzy set."""
     if system.method.semantics.chained == "degree":
         return  # how far a function has been activated is as good a degree as any
     if all(t.membership.kind in MEMBERSHIP for o in system.outputs for t in o.terms):
@@ -134,7 +134,7 @@ def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:
 
 
 def inputs_without_degree(system: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find linear consequents among the terms of inputs: sums over all inputs, which are no degrees."""
+    """Find linear consequents among the terms of inputs: sums over all inputs, which are not degrees."""
     for variable in system.inputs:
         for term in variable.terms:
             if term.membership.kind == "linear":
