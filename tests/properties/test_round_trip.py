@@ -7,15 +7,12 @@ import unicodedata
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from fuzzyctl import check, dumps, loads
+from fuzzyctl import Cell, Guarantee, Hedge, Hold, Membership, Param, Rule, RuleBlock, RuleTable, check, dumps, loads
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.lang.syntax import RESERVED
-from fuzzyctl.model.block import Guarantee, Hedge, Param
-from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
-from fuzzyctl.model.variable import Hold, Membership
 from tests.properties.drawn_systems import OVER_RULES, antecedents, systems
 from tests.properties.running import quick
 
