@@ -14,10 +14,9 @@ from fuzzyctl import Consequent, FuzzySystem, Input, Is, Membership, Method, Out
 from fuzzyctl import compile as compile_system
 from fuzzyctl.analysis.coverage.box_search import Hole
 from fuzzyctl.analysis.coverage.coverage import uncovered
-from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.expr import Number
-from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.testing import check_text
+from tests.properties.around import corners_of
 from tests.properties.drawn_systems import OVER_RULES, OVER_SETS, PLAIN_RANGES, linear_terms, plain_systems, points
 from tests.properties.running import evaluated, quick
 from tests.reference.formulas import corners
@@ -139,13 +138,12 @@ def test_exact_bounds_are_attained_where_they_say(data):
 
 def critical_points(system):
     """Corners of the input terms with their neighbours among the floats, and points between."""
-    flat = plan(system)
     axes = []
-    for i, variable in enumerate(flat.inputs):
-        own = breakpoints(variable, [d.set for d in flat.degrees if d.variable == i])
+    for variable in system.inputs:
+        own, (lower, upper) = corners_of(variable), system.range_of(variable)
         between = [(a + b) / 2 for a, b in pairwise(own)]
         near = [math.nextafter(x, side) for x in own for side in (-math.inf, math.inf)]
-        axes.append(sorted({*own, *between, *(x for x in near if variable.lower <= x <= variable.upper)})[::2])
+        axes.append(sorted({*own, *between, *(x for x in near if lower <= x <= upper)})[::2])
     return list(product(*axes))[:400]
 
 

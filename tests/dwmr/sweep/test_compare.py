@@ -4,16 +4,15 @@ import io
 import json
 
 import numpy as np
+import pyarrow.parquet
 import pytest
 from rich.console import Console
 from scipy import stats
 
 from dwmr import find
 from dwmr.cli import repetitions
-from dwmr.output.data import KEY
 from dwmr.sweep import comparison
 from dwmr.sweep.comparison import _print_ratios, _ratios, entries
-from fuzzyctl.experiments import parquet
 from fuzzyctl.experiments.sweep_plan import Run
 from fuzzyctl.experiments.sweep_workers import Outcome
 from tests.dwmr.process import here
@@ -94,7 +93,7 @@ class TestCommand:
         assert (row["controller"], row["robot"], row["measure"], row["n"]) == ("aifqsmc", "leader", "rmse.x_e", "3")
         assert float(row["low"]) < float(row["mean"]) < float(row["high"])
         here(*arguments, "-o", tmp_path / "table.parquet")
-        columns, _ = parquet.read_table(tmp_path / "table.parquet", KEY)
+        columns = pyarrow.parquet.read_table(tmp_path / "table.parquet").to_pydict()
         assert [repr(v) for v in columns["mean"]] == [r["mean"] for r in rows]
 
     def test_takes_what_varies_from_a_spec(self, tmp_path):
