@@ -48,6 +48,18 @@ class TestEntries:
         assert (found["obstacles_hit"].mean, found["obstacles_hit"].n) == (0.5, 2)
         assert (found["robots_hit"].mean, found["robots_hit"].n) == (1.0, 2)
 
+    @pytest.mark.parametrize("values", [[1.0, 2.5, 2.0, 4.0], [2.0, 7.0]])
+    def test_have_the_interval_of_a_mean_by_students_t(self, values):
+        found = self.found(*(outcome(k, **{"rmse.a.x_e": x}) for k, x in enumerate(values)))["rmse.x_e"]
+        expected = stats.t.interval(0.95, len(values) - 1, np.mean(values), stats.sem(values))
+        assert (found.low, found.high) == pytest.approx(expected)
+
+    @pytest.mark.parametrize(("hits", "n"), [(0, 20), (3, 20), (20, 20), (1, 2)])
+    def test_have_the_interval_of_a_share_by_wilson(self, hits, n):
+        found = self.found(*(outcome(k, **{"obstacles_hit.a": int(k < hits)}) for k in range(n)))["obstacles_hit"]
+        expected = stats.binomtest(hits, n).proportion_ci(0.95, method="wilson")
+        assert (found.low, found.high) == pytest.approx((expected.low, expected.high))
+
     def test_fake_no_interval(self):
         found = self.found(outcome(0))
         assert {(one.low, one.high) for one in found.values()} == {(None, None)}
