@@ -254,6 +254,12 @@ def lenses(case):
     return lines
 
 
+def formatted(text):
+    """Return a text after the layout of an editor, which lays out broken texts, too."""
+    case = Case(text)
+    return case.after(case.ask("textDocument/formatting", lsp.DocumentFormattingParams(case.document, OPTIONS)))
+
+
 def formatting(case):
     found = case.ask("textDocument/formatting", lsp.DocumentFormattingParams(case.document, OPTIONS))
     return case.changed(found)

@@ -9,11 +9,12 @@ import subprocess
 import sys
 from textwrap import dedent
 
+import pyarrow.parquet
 import pytest
 
 from dwmr.output import data
 from dwmr.output.data import KEY
-from fuzzyctl.experiments import parquet, sweep_workers
+from fuzzyctl.experiments import sweep_workers
 from tests.dwmr.process import LONG, dwmr, here, in_short, interrupted_by_a_worker_that_starts
 
 SPEC = """
@@ -71,7 +72,8 @@ class TestSweep:
         assert sorted(p.name for p in one[1].iterdir()) == ["results.csv", "results.parquet", "sweep.json", "times.csv"]
 
     def test_has_the_same_numbers_in_both_formats(self, one):
-        columns, about = parquet.read_table(one[1] / "results.parquet", KEY)
+        table = pyarrow.parquet.read_table(one[1] / "results.parquet")
+        columns, about = table.to_pydict(), json.loads(table.schema.metadata[KEY.encode()])
         with (one[1] / "results.csv").open(newline="") as file:
             rows = list(csv.DictReader(file))
         assert [float(row["rmse.leader.x_e"]) for row in rows] == columns["rmse.leader.x_e"]
@@ -244,6 +246,11 @@ class TestBadInput:
         err = here("sweep", path, "-o", out, "--resume", status=1).stderr
         assert "changed: runs of the SPEC, number of runs" in err
         spec(tmp_path)
+        err = here("sweep", path, "-o", out, "--resume", "--set", "robot.radius=0.6", status=1).stderr
+        assert "changed: values of --set" in err
+        about = json.loads((out / "sweep.json").read_text(encoding="utf-8"))
+        assert {len(digest) for digest in (*about["rules"].values(), about["versions"]["sources"])} == {64}
+        assert 'name = "paper"' in about["scenario"]["text"][0]["text"]
         assert "is finished" in here("sweep", path, "-o", out, "--resume", status=1).stderr
 
     @pytest.mark.parametrize(
@@ -266,6 +273,11 @@ class TestBadInput:
         done = here("sweep", *[a.format(spec=path) for a in arguments], status=status)
         assert words in done.stderr
         assert [p.name for p in tmp_path.iterdir()] == ["spec.toml"]
+
+    def test_parquet_without_pyarrow_names_what_to_install(self, tmp_path, monkeypatch):
+        monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+        done = here("sweep", spec(tmp_path), "--data", "parquet", status=1)
+        assert "Parquet needs pyarrow, which is not installed" in done.stderr
 
     def test_the_spec_of_its_help_runs_in_an_empty_folder(self, tmp_path):
         text = here("sweep", "--help").stdout.partition('  scenario = "')

@@ -1,6 +1,5 @@
 import dataclasses
 import json
-import sys
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from dwmr.output import data
 from dwmr.output.data import Data, save, signals_of
 from dwmr.results.metrics import lyapunov
 from dwmr.simulation.simulate import Signal
-from fuzzyctl.experiments import parquet
 
 
 def equal(first, second):
@@ -115,12 +113,6 @@ class TestSignals:
         file, run = run_paper("smc", "run.horizon=3")
         plain = dataclasses.replace(run, law_values=run.law_values[:, :, :0], law_signals=())
         assert not {s.name for s in lyapunov.SIGNALS} & set(signals_of([plain], file.scenario, 1, {}).signals())
-
-
-def test_parquet_is_said_to_be_absent_where_it_is(monkeypatch):
-    assert parquet.available()
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    assert not parquet.available()
 
 
 class TestLoad:

@@ -4,16 +4,15 @@ import io
 import json
 
 import numpy as np
+import pyarrow.parquet
 import pytest
 from rich.console import Console
 from scipy import stats
 
 from dwmr import find
 from dwmr.cli import repetitions
-from dwmr.output.data import KEY
 from dwmr.sweep import comparison
 from dwmr.sweep.comparison import _print_ratios, _ratios, entries
-from fuzzyctl.experiments import parquet
 from fuzzyctl.experiments.sweep_plan import Run
 from fuzzyctl.experiments.sweep_workers import Outcome
 from tests.dwmr.process import here
@@ -48,6 +47,18 @@ class TestEntries:
         assert (found["rmse.x_e"].mean, found["rmse.x_e"].n, found["rmse.x_e"].stopped) == (1.0, 1, 1)
         assert (found["obstacles_hit"].mean, found["obstacles_hit"].n) == (0.5, 2)
         assert (found["robots_hit"].mean, found["robots_hit"].n) == (1.0, 2)
+
+    @pytest.mark.parametrize("values", [[1.0, 2.5, 2.0, 4.0], [2.0, 7.0]])
+    def test_have_the_interval_of_a_mean_by_students_t(self, values):
+        found = self.found(*(outcome(k, **{"rmse.a.x_e": x}) for k, x in enumerate(values)))["rmse.x_e"]
+        expected = stats.t.interval(0.95, len(values) - 1, np.mean(values), stats.sem(values))
+        assert (found.low, found.high) == pytest.approx(expected)
+
+    @pytest.mark.parametrize(("hits", "n"), [(0, 20), (3, 20), (20, 20), (1, 2)])
+    def test_have_the_interval_of_a_share_by_wilson(self, hits, n):
+        found = self.found(*(outcome(k, **{"obstacles_hit.a": int(k < hits)}) for k in range(n)))["obstacles_hit"]
+        expected = stats.binomtest(hits, n).proportion_ci(0.95, method="wilson")
+        assert (found.low, found.high) == pytest.approx((expected.low, expected.high))
 
     def test_fake_no_interval(self):
         found = self.found(outcome(0))
@@ -94,7 +105,7 @@ class TestCommand:
         assert (row["controller"], row["robot"], row["measure"], row["n"]) == ("aifqsmc", "leader", "rmse.x_e", "3")
         assert float(row["low"]) < float(row["mean"]) < float(row["high"])
         here(*arguments, "-o", tmp_path / "table.parquet")
-        columns, _ = parquet.read_table(tmp_path / "table.parquet", KEY)
+        columns = pyarrow.parquet.read_table(tmp_path / "table.parquet").to_pydict()
         assert [repr(v) for v in columns["mean"]] == [r["mean"] for r in rows]
 
     def test_takes_what_varies_from_a_spec(self, tmp_path):
