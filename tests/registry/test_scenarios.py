@@ -5,12 +5,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from dwmr.control.fuzzy_gains import Rules
-from dwmr.results.metrics import measure
-from dwmr.scenario.file import find, read, shipped_names
-from dwmr.simulation import simulate
+from dwmr import find, measure, read, simulate
 from tests.dwmr.process import here
-from tests.physics import needs_mujoco, shipped, shipped_of_equations
+from tests.dwmr.scenarios import KNOWN
+from tests.physics import needs_mujoco, shipped, shipped_names, shipped_of_equations
 
 CLOSE = ("aifqsmc", "fcafsmc")
 
@@ -18,16 +16,15 @@ CLOSE = ("aifqsmc", "fcafsmc")
 TABLE_13 = {"x_e": 0.460, "y_e": 0.588, "theta_e": 0.221}
 
 
-def ready(name, law, *overrides):
+def run(name, law, *overrides):
     file = read(find(name), overrides)
-    return file, simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places))
+    trajectory = simulate(file, law, known=KNOWN)
+    return trajectory, measure(trajectory, file.scenario)
 
 
 @cache
 def whole(name, law):
-    file, simulation = ready(name, law)
-    trajectory = simulate.run(simulation)
-    return trajectory, measure(trajectory, file.scenario)
+    return run(name, law)
 
 
 def test_the_promised_ones_are_there():
@@ -47,7 +44,7 @@ def test_is_clean(name):
 @pytest.mark.parametrize("law", ["aifqsmc", "smc"])
 @pytest.mark.parametrize("name", shipped())
 def test_is_finite_and_deterministic(name, law):
-    first, second = (simulate.run(ready(name, law, "run.horizon=1")[1]) for _ in range(2))
+    first, second = (run(name, law, "run.horizon=1")[0] for _ in range(2))
     assert first.stop is None
     assert np.isfinite(first.values).all()
     assert np.array_equal(first.values, second.values)
@@ -80,8 +77,7 @@ def test_undisturbed_is_within_a_tenth_of_table_13(name):
 @pytest.mark.long
 def test_the_experiment_has_the_leader_of_table_13_within_15_percent_at_any_step():
     _, result = whole("experiment", "aifqsmc")
-    _, finer = ready("experiment", "aifqsmc", "run.substeps=8")
-    half = measure(simulate.run(finer), finer.scenario)["rmse"]
+    half = run("experiment", "aifqsmc", "run.substeps=8")[1]["rmse"]
     for name, printed in TABLE_13.items():
         assert result["rmse"]["leader"][name] == pytest.approx(printed, rel=0.15)
         for robot, errors in result["rmse"].items():
