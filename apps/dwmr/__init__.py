@@ -1,6 +1,6 @@
 """Formation of differential-drive robots under sliding mode control, after Goto, Bertol and Martins.
 
-`read`, `simulate` and `measure` run a scenario from Python. `import dwmr` loads nothing heavy.
+`read`, `simulate` and `measure` run a scenario from Python; `load` reads the signals that `dwmr run` wrote. `import dwmr` loads nothing heavy.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Known
+    from dwmr.output.data import load
     from dwmr.results.metrics import measure
     from dwmr.scenario.file import find, read
     from dwmr.simulation.simulate import simulate
@@ -17,12 +18,13 @@ if TYPE_CHECKING:
 _HOMES = {
     "Known": "dwmr.control.fuzzy_gains",
     "find": "dwmr.scenario.file",
+    "load": "dwmr.output.data",
     "measure": "dwmr.results.metrics",
     "read": "dwmr.scenario.file",
     "simulate": "dwmr.simulation.simulate",
 }
 
-__all__ = ["Known", "find", "measure", "read", "simulate"]
+__all__ = ["Known", "find", "load", "measure", "read", "simulate"]
 
 
 def __getattr__(name: str) -> Any:

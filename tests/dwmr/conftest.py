@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from dwmr.cli.main import main
+from dwmr.simulation import simulate
 from tests.dwmr import scenarios
 
 
@@ -33,6 +34,17 @@ def measured() -> Callable[..., Any]:
 def measured_with_limits() -> Callable[..., Any]:
     """As `measured`, of the paper's run with the limits and the lag of drives."""
     return partial(scenarios.measured, "paper-with-limits")
+
+
+@pytest.fixture
+def recorded(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """A function (*trajectories) after which commands take these in place of runs, by the names of their laws."""
+
+    def take(*trajectories: Any) -> None:
+        runs = {one.controller: one for one in trajectories}
+        monkeypatch.setattr(simulate, "run", lambda simulation, report=None: runs[simulation.name])
+
+    return take
 
 
 @pytest.fixture

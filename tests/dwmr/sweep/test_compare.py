@@ -10,7 +10,6 @@ from scipy import stats
 
 from dwmr import find
 from dwmr.cli import repetitions
-from dwmr.output.data import KEY
 from dwmr.sweep import comparison
 from dwmr.sweep.comparison import _print_ratios, _ratios, entries
 from fuzzyctl.experiments import parquet
@@ -94,7 +93,7 @@ class TestCommand:
         assert (row["controller"], row["robot"], row["measure"], row["n"]) == ("aifqsmc", "leader", "rmse.x_e", "3")
         assert float(row["low"]) < float(row["mean"]) < float(row["high"])
         here(*arguments, "-o", tmp_path / "table.parquet")
-        columns, _ = parquet.read_table(tmp_path / "table.parquet", KEY)
+        columns, _ = parquet.read_table(tmp_path / "table.parquet", "dwmr")
         assert [repr(v) for v in columns["mean"]] == [r["mean"] for r in rows]
 
     def test_takes_what_varies_from_a_spec(self, tmp_path):
