@@ -1,6 +1,7 @@
 """Formation of differential-drive robots under sliding mode control, after Goto, Bertol and Martins.
 
-`read`, `simulate` and `measure` run a scenario from Python; `load` reads the signals that `dwmr run` wrote. `import dwmr` loads nothing heavy.
+`read`, `simulate` and `measure` run a scenario from Python; `load` reads the signals that `dwmr run` wrote.
+`import dwmr` loads nothing heavy.
 """
 
 from __future__ import annotations
