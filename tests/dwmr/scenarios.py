@@ -89,6 +89,12 @@ def changed(run, **columns):
     return dataclasses.replace(run, values=values)
 
 
+def in_frame(points, robot, x, y, theta):
+    """Return points, shape (n, 2), in the frame of a robot's wheel axis; its reference point is at x, y."""
+    ahead, left = (np.array([np.cos(turn), np.sin(turn)]) for turn in (theta, theta + 0.5 * np.pi))
+    return (points - (np.array([x, y]) - robot.d * ahead)) @ np.stack([ahead, left], axis=1)
+
+
 def edited_rules(folder, name, *replacements):
     """Write a shipped rule file with some text replaced into a folder; return the folder."""
     return edited(rules_folder() / name, folder / name, *replacements).parent

@@ -67,14 +67,6 @@ class TestTable12:
         text = printed("robot.mass=121", scenario="undisturbed")
         assert "Table 13 is left out, it speaks of another run: robots.leader.mass" in " ".join(text.split())
 
-    def test_takes_fitted_amplitudes_for_the_papers_where_they_are_to_be_fitted(self, dwmr, tmp_path, monkeypatch):
-        (tmp_path / "other.toml").write_text(
-            'extends = "paper"\n[robot]\nmass = 121.0\n[robots.leader]\nd = 0.2\n', encoding="utf-8"
-        )
-        # a refusal after the warnings
-        status, _, err = dwmr("calibrate", "other.toml", "--evaluations", 1, "--jobs", 1, "-o", "no/folder.toml")
-        assert (status, "robots.leader.d" in err, "mass" in err) == (1, False, False)
-
 
 class TestTerminal:
     def test_shows_names_of_robots_as_they_are(self, printed, tmp_path):

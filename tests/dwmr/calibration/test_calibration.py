@@ -218,6 +218,19 @@ class TestCommand:
         assert "wrote calibrated.toml" in out
         assert out.count("follower2") == 9
 
+    def test_warns_of_what_the_paper_prints_and_not_of_what_may_be_fitted(self, dwmr, tmp_path, monkeypatch):
+        def interrupted(*_):
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr(search, "search", interrupted)
+        text = find("paper").read_text(encoding="utf-8").replace("mass = 120.0", "mass = 121.0")
+        windows = text.replace("stop = 20.0", "stop = 21.0", 1).replace("d = 0.1 ", "d = 0.2 ", 1)
+        for name, changed, keys in (("fitted", text, ""), ("other", windows, "disturbances, robots.leader.d are")):
+            (tmp_path / f"{name}.toml").write_text(changed, encoding="utf-8")
+            status, _, err = dwmr("calibrate", f"{name}.toml")
+            warning = f"warning: {keys} not the paper's: Table 12 speaks of another run\n" if keys else ""
+            assert (status, err) == (130, f"{warning}interrupted\n")
+
     @pytest.mark.parametrize(
         ("arguments", "status", "says"),
         [

@@ -11,7 +11,7 @@ from dwmr import measure
 from dwmr.control.formation import separation_and_bearing
 from dwmr.core.geometry import wrap_array
 from tests.dwmr.process import here
-from tests.dwmr.scenarios import changed
+from tests.dwmr.scenarios import changed, in_frame
 from tests.physics import needs_mujoco
 
 #: A run short enough to be drawn sample by sample, with an obstacle that is avoided.
@@ -141,11 +141,8 @@ class TestContent:
     def test_bodies_stand_along_the_paths_with_their_headings(self, drawn):
         figure, trajectory, scenario = drawn(13)
         last = bodies(figure)[-1]
-        x, y, theta = (float(trajectory[name][-1, 2]) for name in ("x", "y", "theta"))
-        robot = scenario.robots["follower2"]
-        ahead, left = np.array([np.cos(theta), np.sin(theta)]), np.array([-np.sin(theta), np.cos(theta)])
-        axle, own = np.array([x, y]) - robot.d * ahead, robot.body
-        places = (last - axle) @ np.stack([ahead, left], axis=1)
+        robot, own = scenario.robots["follower2"], scenario.robots["follower2"].body
+        places = in_frame(last, robot, *(trajectory[name][-1, 2] for name in ("x", "y", "theta")))
         assert places.max(axis=0) == pytest.approx((own.front, 0.5 * own.width))
         assert places.min(axis=0) == pytest.approx((-own.rear, -0.5 * own.width))
         assert places[3] == pytest.approx((own.front, 0.0))
