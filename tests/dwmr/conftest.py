@@ -38,11 +38,21 @@ def measured_with_limits() -> Callable[..., Any]:
 
 @pytest.fixture
 def recorded(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """A function (*trajectories) after which commands take these in place of runs, by the names of their laws."""
+    """A function (*trajectories) after which commands take these in place of runs, by the names of their laws.
+
+    Several of one law are taken one after the other, the last one again and again.
+    """
 
     def take(*trajectories: Any) -> None:
-        runs = {one.controller: one for one in trajectories}
-        monkeypatch.setattr(simulate, "run", lambda simulation, report=None: runs[simulation.name])
+        runs: dict[str, list[Any]] = {}
+        for one in trajectories:
+            runs.setdefault(one.controller, []).append(one)
+
+        def next_of(simulation: Any, report: Any = None) -> Any:
+            waiting = runs[simulation.name]
+            return waiting.pop(0) if len(waiting) > 1 else waiting[0]
+
+        monkeypatch.setattr(simulate, "run", next_of)
 
     return take
 

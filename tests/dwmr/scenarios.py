@@ -81,12 +81,15 @@ def by_hand(law="smc", samples=3, stop=None, **columns):
 
 
 def changed(run, **columns):
-    """Return a run with other values in some columns of the loop; a column may be a function of the old one."""
-    values = run.values.copy()
+    """Return a run with other values in some columns; a column may be a function of the old one."""
+    values, law_values = run.values.copy(), run.law_values.copy()
+    every = [values[:, :, k] for k in range(values.shape[2])] + [
+        law_values[:, :, k] for k in range(law_values.shape[2])
+    ]
     for name, column in columns.items():
-        k = run.names.index(name)
-        values[:, :, k] = column(values[:, :, k]) if callable(column) else column
-    return dataclasses.replace(run, values=values)
+        old = every[run.names.index(name)]
+        old[...] = column(old) if callable(column) else column
+    return dataclasses.replace(run, values=values, law_values=law_values)
 
 
 def in_frame(points, robot, x, y, theta):

@@ -28,3 +28,25 @@ def figures_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., dict[s
         return drawn
 
     return draw
+
+
+@pytest.fixture
+def film_of(monkeypatch: pytest.MonkeyPatch, recorded: Callable[..., None], tmp_path: Path) -> Callable[..., Any]:
+    """A function (trajectory, t, *sets, scenario=) -> the panel of the picture of a film at a time [s]."""
+    made: list[Figure] = []
+    begin = Figure.__init__
+
+    def kept(figure: Figure, *arguments: Any, **options: Any) -> None:
+        made.append(figure)
+        begin(figure, *arguments, **options)
+
+    def draw(trajectory: Any, t: float, *sets: str, scenario: object = "paper") -> Any:
+        recorded(trajectory)
+        monkeypatch.setattr(Figure, "__init__", kept)
+        options = [word for one in sets for word in ("--set", one)]
+        law = ("--controller", trajectory.controller)
+        here("animate", scenario, *law, *options, "--at", t, "-o", tmp_path / "film.png")
+        (axes,) = made[-1].axes
+        return axes
+
+    return draw
