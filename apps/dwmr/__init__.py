@@ -1,7 +1,7 @@
 """Formation of differential-drive robots under sliding mode control, after Goto, Bertol and Martins.
 
-`read`, `simulate` and `measure` run a scenario from Python; `find` returns the file of a shipped one. `import dwmr`
-loads nothing heavy.
+`read`, `simulate` and `measure` run a scenario from Python, `load` reads the signals that `dwmr run` wrote, and `find`
+returns the file of a shipped scenario. `import dwmr` loads nothing heavy.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Known
+    from dwmr.output.data import load
     from dwmr.results.metrics import measure
     from dwmr.scenario.file import find, read
     from dwmr.simulation.simulate import simulate
@@ -18,12 +19,13 @@ if TYPE_CHECKING:
 _HOMES = {
     "Known": "dwmr.control.fuzzy_gains",
     "find": "dwmr.scenario.file",
+    "load": "dwmr.output.data",
     "measure": "dwmr.results.metrics",
     "read": "dwmr.scenario.file",
     "simulate": "dwmr.simulation.simulate",
 }
 
-__all__ = ["Known", "find", "measure", "read", "simulate"]
+__all__ = ["Known", "find", "load", "measure", "read", "simulate"]
 
 
 def __getattr__(name: str) -> Any:

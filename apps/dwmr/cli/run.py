@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import mistakes_as_diagnostics, write_text
+from dwmr.cli.common import mistakes_as_diagnostics
 from fuzzyctl.cli.progress import Begin, stages
 from fuzzyctl.cli.streams import interrupts_wait, outlive, say, terminated_as_interrupted, write_json
 from fuzzyctl.cli.sweeps import data_option, require_formats
@@ -207,7 +207,7 @@ def _report(task: run_options.Task, names: tuple[str, ...], path: Path) -> bool:
             summary = run_options.describe(task)
             summary["controllers"] = {t.controller: measure(t, task.file.scenario) for t in trajectories}
             text = page(summary, trajectories, task.file.scenario)
-            files.write(path.name, lambda part: write_text(part, text))
+            files.write_text(path.name, text)
             files.publish()
     run_options.say_stops(trajectories)
     say(f"wrote {path}: {len(text.encode()) / 1e6:.1f} MB")

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from dwmr.cli.common import read_scenario, warn
+from dwmr.cli.common import read_scenario
 from dwmr.control import laws
+from fuzzyctl.cli.common import show
 from fuzzyctl.cli.progress import Begin, stages
 from fuzzyctl.cli.streams import say
 from fuzzyctl.experiments.result_files import versions
@@ -174,7 +175,7 @@ def check(task: Task, names: Sequence[str]) -> None:
     from dwmr.simulation import preflight
 
     preflight.check(task.file, names, task.rules)
-    warn([*task.file.warnings, *task.rules.warnings])
+    show([*task.file.warnings, *task.rules.warnings])
 
 
 def say_stops(trajectories: Iterable[Trajectory]) -> None:
@@ -247,7 +248,7 @@ def _run(one: Simulation, shown: _Shown) -> Trajectory:
 
     trajectory = simulate.run(one, partial(shown.report, f"simulating {one.name}", one.scenario.run.steps + 1))
     if trajectory.stop is not None and trajectory.stop.mistake is not None:
-        warn([trajectory.stop.mistake])
+        show([trajectory.stop.mistake])
     return trajectory
 
 

@@ -28,6 +28,7 @@ from dwmr.simulation.periods import Periods, Simulation
 from dwmr.simulation.preflight import check, settings_of
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.experiments.scenario_keys import Places
+from fuzzyctl.support import arguments
 
 
 class LawError(DiagnosticError):
@@ -379,9 +380,9 @@ def simulate(
     """
     if not isinstance(file, ScenarioFile):
         raise ArgumentError(f"expected a scenario from dwmr.read, got {file!r:.80}")
-    if not isinstance(controller, str) or isinstance(folders, str | Path):
-        raise ArgumentError("'controller' must be the name of a control law, and 'folders' a list of folders")
-    name = controller or file.scenario.run.controller
+    if isinstance(folders, str | Path):
+        raise ArgumentError("'folders' must be a list of folders")
+    name = arguments.instance("'controller'", str, "the name of a control law", controller) or file.scenario.run.controller
     rules = Rules(file.scenario.rules, (*map(Path, folders), *file.folders), file.places, known)
     check(file, [name], rules)
     return run(prepare(file, name, rules))

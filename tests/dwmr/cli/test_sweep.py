@@ -12,8 +12,7 @@ from textwrap import dedent
 import pyarrow.parquet
 import pytest
 
-from dwmr.output import data
-from dwmr.output.data import KEY
+from dwmr import load
 from fuzzyctl.experiments import sweep_workers
 from tests.dwmr.process import LONG, dwmr, here, in_short, interrupted_by_a_worker_that_starts
 
@@ -73,7 +72,7 @@ class TestSweep:
 
     def test_has_the_same_numbers_in_both_formats(self, one):
         table = pyarrow.parquet.read_table(one[1] / "results.parquet")
-        columns, about = table.to_pydict(), json.loads(table.schema.metadata[KEY.encode()])
+        columns, about = table.to_pydict(), json.loads(table.schema.metadata[b"dwmr"])
         with (one[1] / "results.csv").open(newline="") as file:
             rows = list(csv.DictReader(file))
         assert [float(row["rmse.leader.x_e"]) for row in rows] == columns["rmse.leader.x_e"]
@@ -289,8 +288,8 @@ class TestBadInput:
 class TestRunData:
     def test_run_writes_the_formats_that_are_asked_for(self, tmp_path):
         here("run", "paper", "--set", "run.horizon=1", "-o", tmp_path, "--data", "npz,csv")
-        first = data.load(tmp_path / "trajectory.npz")
-        assert (data.load(tmp_path / "trajectory.csv").runs["aifqsmc"]["x"] == first.runs["aifqsmc"]["x"]).all()
+        first = load(tmp_path / "trajectory.npz")
+        assert (load(tmp_path / "trajectory.csv").runs["aifqsmc"]["x"] == first.runs["aifqsmc"]["x"]).all()
         assert first.metadata["scenario"]["text"][0]["file"] == "paper.toml"
         assert first.metadata["scenario"]["overrides"] == ["run.horizon=1"]
         assert len(first.metadata["rules"]["ais_reaction"]["sha256"]) == 64
