@@ -382,7 +382,8 @@ def simulate(
         raise ArgumentError(f"expected a scenario from dwmr.read, got {file!r:.80}")
     if isinstance(folders, str | Path):
         raise ArgumentError("'folders' must be a list of folders")
-    name = arguments.instance("'controller'", str, "the name of a control law", controller) or file.scenario.run.controller
+    controller = arguments.instance("'controller'", str, "the name of a control law", controller)
+    name = controller or file.scenario.run.controller
     rules = Rules(file.scenario.rules, (*map(Path, folders), *file.folders), file.places, known)
     check(file, [name], rules)
     return run(prepare(file, name, rules))
