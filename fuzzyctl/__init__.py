@@ -35,12 +35,14 @@ if TYPE_CHECKING:
     from fuzzyctl.kernels.compile import Kernel, compile
     from fuzzyctl.loading.load import load, load_all, loads
     from fuzzyctl.model.as_profile import as_profile
-    from fuzzyctl.model.block import Block
+    from fuzzyctl.model.block import Block, Guarantee, Hedge, Param
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.loop import Loop
+    from fuzzyctl.model.method import Activation, Defuzzifier, Method, Semantics
     from fuzzyctl.model.plant import Plant
+    from fuzzyctl.model.rule import And, Antecedent, Cell, Consequent, Is, Not, Or, Rule, RuleBlock, RuleTable
     from fuzzyctl.model.system import FuzzySystem
-    from fuzzyctl.model.variable import LinguisticVariable
+    from fuzzyctl.model.variable import Hold, Input, Let, LinguisticVariable, Membership, Output, Term
     from fuzzyctl.simulation.experiment import Experiment
     from fuzzyctl.simulation.run import Run
     from fuzzyctl.simulation.simulate import simulate
@@ -48,25 +50,48 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Activation": "fuzzyctl.model.method",
+    "And": "fuzzyctl.model.rule",
+    "Antecedent": "fuzzyctl.model.rule",
     "ArgumentError": "fuzzyctl.diagnostics.diagnostic",
     "BackendUnavailableError": "fuzzyctl.diagnostics.diagnostic",
     "Block": "fuzzyctl.model.block",
     "BlockTrace": "fuzzyctl.explain.block_trace",
+    "Cell": "fuzzyctl.model.rule",
+    "Consequent": "fuzzyctl.model.rule",
     "Controller": "fuzzyctl.model.controller",
+    "Defuzzifier": "fuzzyctl.model.method",
     "Diagnostic": "fuzzyctl.diagnostics.diagnostic",
     "DiagnosticError": "fuzzyctl.diagnostics.diagnostic",
     "Experiment": "fuzzyctl.simulation.experiment",
-    "FuzzyctlError": "fuzzyctl.diagnostics.diagnostic",
     "FuzzySystem": "fuzzyctl.model.system",
+    "FuzzyctlError": "fuzzyctl.diagnostics.diagnostic",
+    "Guarantee": "fuzzyctl.model.block",
+    "Hedge": "fuzzyctl.model.block",
+    "Hold": "fuzzyctl.model.variable",
+    "Input": "fuzzyctl.model.variable",
+    "Is": "fuzzyctl.model.rule",
     "Kernel": "fuzzyctl.kernels.compile",
+    "Let": "fuzzyctl.model.variable",
     "LinguisticVariable": "fuzzyctl.model.variable",
     "Loop": "fuzzyctl.model.loop",
+    "Membership": "fuzzyctl.model.variable",
+    "Method": "fuzzyctl.model.method",
     "NoRuleFiresError": "fuzzyctl.diagnostics.diagnostic",
+    "Not": "fuzzyctl.model.rule",
+    "Or": "fuzzyctl.model.rule",
+    "Output": "fuzzyctl.model.variable",
     "OutputBound": "fuzzyctl.analysis.bounds",
+    "Param": "fuzzyctl.model.block",
     "Plant": "fuzzyctl.model.plant",
     "Proved": "fuzzyctl.analysis.verdicts",
     "Refuted": "fuzzyctl.analysis.verdicts",
+    "Rule": "fuzzyctl.model.rule",
+    "RuleBlock": "fuzzyctl.model.rule",
+    "RuleTable": "fuzzyctl.model.rule",
     "Run": "fuzzyctl.simulation.run",
+    "Semantics": "fuzzyctl.model.method",
+    "Term": "fuzzyctl.model.variable",
     "Trace": "fuzzyctl.explain.trace",
     "Undecided": "fuzzyctl.analysis.verdicts",
     "UnknownNameError": "fuzzyctl.diagnostics.diagnostic",
@@ -88,25 +113,48 @@ _HOMES = {
 }
 
 __all__ = [
+    "Activation",
+    "And",
+    "Antecedent",
     "ArgumentError",
     "BackendUnavailableError",
     "Block",
     "BlockTrace",
+    "Cell",
+    "Consequent",
     "Controller",
+    "Defuzzifier",
     "Diagnostic",
     "DiagnosticError",
     "Experiment",
     "FuzzySystem",
     "FuzzyctlError",
+    "Guarantee",
+    "Hedge",
+    "Hold",
+    "Input",
+    "Is",
     "Kernel",
+    "Let",
     "LinguisticVariable",
     "Loop",
+    "Membership",
+    "Method",
     "NoRuleFiresError",
+    "Not",
+    "Or",
+    "Output",
     "OutputBound",
+    "Param",
     "Plant",
     "Proved",
     "Refuted",
+    "Rule",
+    "RuleBlock",
+    "RuleTable",
     "Run",
+    "Semantics",
+    "Term",
     "Trace",
     "Undecided",
     "UnknownNameError",

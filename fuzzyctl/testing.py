@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from fuzzyctl.analysis.check import check_source
 from fuzzyctl.cli.main import main
-from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.model.block import Block
 from fuzzyctl.records import dataclass
@@ -34,7 +34,7 @@ class CommandResult:
 
 
 def check_text(
-    text: str, name: str = "<text>", *, folder: Path | None = None, guarantees: bool = True
+    text: str, name: str = "<text>", *, folder: str | os.PathLike[str] | None = None, guarantees: bool = True
 ) -> tuple[tuple[Block, ...], list[Diagnostic]]:
     """Check a text as `fuzzyctl check` checks a file.
 
@@ -46,8 +46,14 @@ def check_text(
 
     Returns:
         The blocks without errors other than refuted claims, and all diagnostics sorted by location.
+
+    Raises:
+        ArgumentError: For an object that is not a text.
     """
-    return check_source(SourceText(name, text), folder=folder, guarantees=guarantees)
+    if not isinstance(text, str):
+        raise ArgumentError(f"expected a text, got {text!r:.80}")
+    within = None if folder is None else Path(folder)
+    return check_source(SourceText(name, text), folder=within, guarantees=guarantees)
 
 
 def run_command(

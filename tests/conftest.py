@@ -10,7 +10,7 @@ import time
 import pytest
 from hypothesis import HealthCheck, core, settings
 
-from fuzzyctl.analysis import work as clock
+from fuzzyctl.analysis.work import clock
 from fuzzyctl.experiments import sweep_workers
 from tests import sizes
 

@@ -40,7 +40,7 @@ def imports_between(packages):
     for name, path in paths.items():
         read = _imports(path.read_text(encoding="utf-8"))
         found = {f"{module}.{own}" if f"{module}.{own}" in paths else module for module, own in read}
-        graph[name] = found & set(paths) - {name}
+        graph[name] = found & set(paths)
     return graph
 
 

@@ -5,7 +5,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from dwmr.scenario.file import find, read, shipped_names
+from dwmr import find, read
 
 needs_mujoco = pytest.mark.skipif(
     find_spec("mujoco") is None, reason="MuJoCo is not installed: pip install 'fuzzyctl[physics]'"
@@ -31,6 +31,11 @@ def require_renderer():
     """Skip a test where MuJoCo renders no pictures."""
     if not renders():
         pytest.skip("MuJoCo renders no pictures here: pip install 'fuzzyctl[physics]'; apt install libegl1")
+
+
+def shipped_names():
+    """The names of all shipped scenarios."""
+    return sorted(path.stem for path in find("paper").parent.glob("*.toml"))
 
 
 def is_of_equations(name):

@@ -1,6 +1,12 @@
 """Shipped rule files: those of fuzzy systems, and those of control laws."""
 
-from fuzzyctl.support.shipped import rules_folder
+from pathlib import Path
+
+
+def rules_folder():
+    """Return the folder of the shipped rule files."""
+    return Path(__file__).parents[1] / "rules"
+
 
 _FILES = sorted(rules_folder().glob("*.fz"))
 #: Files that hold one fuzzy system.

@@ -1,6 +1,7 @@
 """Formation of differential-drive robots under sliding mode control, after Goto, Bertol and Martins.
 
-`read`, `simulate` and `measure` run a scenario from Python. `import dwmr` loads nothing heavy.
+`read`, `simulate` and `measure` run a scenario from Python, `load` reads the signals that `dwmr run` wrote, and `find`
+returns the file of a shipped scenario. `import dwmr` loads nothing heavy.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Known
+    from dwmr.output.data import load
     from dwmr.results.metrics import measure
     from dwmr.scenario.file import find, read
     from dwmr.simulation.simulate import simulate
@@ -17,15 +19,20 @@ if TYPE_CHECKING:
 _HOMES = {
     "Known": "dwmr.control.fuzzy_gains",
     "find": "dwmr.scenario.file",
+    "load": "dwmr.output.data",
     "measure": "dwmr.results.metrics",
     "read": "dwmr.scenario.file",
     "simulate": "dwmr.simulation.simulate",
 }
 
-__all__ = ["Known", "find", "measure", "read", "simulate"]
+__all__ = ["Known", "find", "load", "measure", "read", "simulate"]
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'dwmr' has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__]

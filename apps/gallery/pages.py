@@ -36,7 +36,7 @@ from fuzzyctl.plot.time_series import GIVEN, REST, WIDTH, draw_runs
 from fuzzyctl.plot.time_series import PANEL as PANEL_HEIGHT
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.simulate import simulate
-from fuzzyctl.support.shipped import read_source
+from fuzzyctl.support.files import read_source
 
 HERE: Final = Path(__file__).parent
 TABLE: Final = "<!-- table: python -m gallery -->"

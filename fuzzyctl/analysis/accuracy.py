@@ -16,8 +16,7 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import Final
 
-from fuzzyctl.analysis import work as clock
-from fuzzyctl.analysis.work import ISOLATION, SECOND, SpentError, Work
+from fuzzyctl.analysis.work import ISOLATION, SECOND, SpentError, Work, clock
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Name, replace_names

@@ -9,7 +9,6 @@ from dataclasses import field, replace
 from itertools import islice, product
 from typing import Any, Final
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.coverage.box_search import Hole, Verdict
 from fuzzyctl.analysis.coverage.coverage import kept_of
 from fuzzyctl.analysis.coverage.silence import Silence
@@ -24,7 +23,7 @@ from fuzzyctl.analysis.degrees import (
     effect_in,
     enclosed,
 )
-from fuzzyctl.analysis.work import SpentError, Work, compiling
+from fuzzyctl.analysis.work import SpentError, Work, clock, compiling
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, NoRuleFiresError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Name, span_of

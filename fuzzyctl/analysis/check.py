@@ -12,12 +12,12 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import Examined, block_name, chosen_if_sound, look_through
 from fuzzyctl.model.as_profile import as_profile
 from fuzzyctl.model.block import Block
-from fuzzyctl.model.checks.checks import check_model, kept
+from fuzzyctl.model.checks.checks import check_model, profile_hints
 from fuzzyctl.model.profiles import ProfileName
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import dataclass
 from fuzzyctl.support import arguments
-from fuzzyctl.support.shipped import MAX_BYTES, place_of, read_source
+from fuzzyctl.support.files import MAX_BYTES, place_of, read_source
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
@@ -138,7 +138,7 @@ def _under(
     if profile is None:
         return system, []
     try:
-        return as_profile(system, profile), kept(system, profile)
+        return as_profile(system, profile), profile_hints(system, profile)
     except DiagnosticError as error:
         return system, [replace(d, file=d.file or source.name) for d in error.diagnostics]
 

@@ -6,13 +6,12 @@ import math
 from fractions import Fraction
 from typing import Any, Final
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.accuracy import located
 from fuzzyctl.analysis.bounds import SPENT, OutputBound, output_bounds
 from fuzzyctl.analysis.multilinear.slopes import steepest
 from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
 from fuzzyctl.analysis.witnesses import Judge
-from fuzzyctl.analysis.work import SECOND, Work, compiling, evaluation
+from fuzzyctl.analysis.work import SECOND, Work, clock, compiling, evaluation
 from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import record

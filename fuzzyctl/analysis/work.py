@@ -13,7 +13,6 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Final
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.expr import Binary, Call, Expr, walk
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Program
@@ -50,6 +49,37 @@ _BY_SCALARS: Final = frozenset({"log", "sin", "cos", "tan", "atan2", "floor", "c
 #: and for each term where there are many.
 _ADAPTIVE: Final = 500
 _ADAPTIVE_TERM: Final = 100
+
+
+class Clock:
+    """The clocks of time limits.
+
+    Attributes:
+        now: Returns the seconds since some moment; tests set a clock that other processes do not move.
+        used: Returns the processor seconds of this process, which a busy machine does not use up.
+    """
+
+    def __init__(self) -> None:
+        self.now: Callable[[], float] = time.monotonic
+        self.used: Callable[[], float] = time.process_time
+        self._until: ContextVar[float] = ContextVar("until", default=math.inf)
+
+    @contextmanager
+    def limited(self, seconds: float) -> Iterator[None]:
+        """End the searches of a block after some processor seconds, whatever work is left."""
+        token = self._until.set(min(self._until.get(), self.used() + seconds))
+        try:
+            yield
+        finally:
+            self._until.reset(token)
+
+    def is_over(self, more: float = 0.0) -> bool:
+        """Return whether the limit is reached within some more seconds; without a limit no clock is read."""
+        until = self._until.get()
+        return until < math.inf and self.used() + more > until
+
+
+clock: Final = Clock()
 
 
 class SpentError(Exception):
@@ -166,27 +196,3 @@ def _samples(output: OutputPlan) -> int:
 
 def _is_curved(output: OutputPlan) -> bool:
     return any(not t.vertices for t in output.terms)
-
-
-#: Seconds from some moment on; tests set a clock that other processes do not move.
-now: Callable[[], float] = time.monotonic
-#: Processor seconds of this process, which a busy machine does not use up.
-used: Callable[[], float] = time.process_time
-
-_until: ContextVar[float] = ContextVar("until", default=math.inf)
-
-
-@contextmanager
-def limited(seconds: float) -> Iterator[None]:
-    """End the searches of a block after some processor seconds, whatever work is left."""
-    token = _until.set(min(_until.get(), used() + seconds))
-    try:
-        yield
-    finally:
-        _until.reset(token)
-
-
-def is_over(more: float = 0.0) -> bool:
-    """Return whether the limit is reached within some more seconds; without a limit no clock is read."""
-    until = _until.get()
-    return until < math.inf and used() + more > until

@@ -224,7 +224,7 @@ def rule_table(
 
     Raises:
         ArgumentError: For rows and cells of the wrong length.
-        DiagnosticError: For a text that is no cell or no condition.
+        DiagnosticError: For a text that is neither a cell nor a condition.
     """
     names = (outputs,) if isinstance(outputs, str) else arguments.names("'outputs'", outputs)
     by_label = arguments.mapping("'cells'", "cells by the terms of the rows", cells)
@@ -268,7 +268,7 @@ def rule_block(
 
     Raises:
         ArgumentError: For no rules at all, and for arguments of a type that they cannot have.
-        DiagnosticError: For a text that is no rule or no activation method.
+        DiagnosticError: For a text that is neither a rule nor an activation method.
     """
     due = "a list of rules, tables and texts of rules"
     parts = arguments.items_of("'rules'", (Rule, RuleTable, str), due, rules)

@@ -30,7 +30,7 @@ from fuzzyctl.cli.streams import print_diff, say, write_data
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.fixes import APPLICABILITIES
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
-from fuzzyctl.support.shipped import place_of, read_place
+from fuzzyctl.support.files import place_of, read_place
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.source import SourceText
@@ -141,7 +141,7 @@ def _codes(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) 
     "--fix",
     type=click.Choice(APPLICABILITIES),
     metavar="[likely]",
-    help="Repair what has a sure fix, with 'likely' also what has a probable one; then check what is left.",
+    help="Apply sure fixes, with 'likely' also probable ones; then check the result.",
 )
 @click.option("--diff", "only_diff", is_flag=True, help="With --fix: print what would change; change nothing.")
 @click.option("--watch", is_flag=True, help="Check one file again at every save, with INPUT=VALUE evaluate it.")
@@ -163,7 +163,7 @@ def check(
     profile: ProfileName | None,
     form: str,
 ) -> int:
-    """Find the mistakes of rule files.
+    """Find mistakes in rule files.
 
     Prints every mistake with file, line, column and repair. A system without 'else' must have a rule for every
     point of its inputs' ranges; this is proved, not sampled. Guarantees that are quickly refuted are mistakes too;
@@ -174,17 +174,17 @@ def check(
     fuzzyctl check tipper
     fuzzyctl check --deny warnings --allow FZ208 tipper ais_reaction
 
-    '--fix' makes the repairs that diagnostics carry, in the files themselves; of standard input the text goes to
-    standard output. '--fix --diff' prints them as a diff, with exit code 1 if there are any.
+    '--fix' applies the fixes of diagnostics to the files; the text of standard input goes to standard output.
+    '--fix --diff' prints them as a diff, with exit code 1 if there are any.
 
     \b
     fuzzyctl check --watch tipper service=7 food=8 -o tip.png
     fuzzyctl check --watch water_tank --block fill -o fill
 
-    '--watch' checks one file again at every save, of files that it uses, too, evaluates it and draws its surface, or
-    runs a loop. A mistake keeps the earlier picture; a guarantee that does not hold does not. Ctrl-C ends it.
+    '--watch' checks a file again at every save of it or of a file that it uses, evaluates it and draws its surface, or
+    runs a loop. If there is a mistake, the earlier picture stays; a refuted guarantee is drawn. Ctrl-C ends it.
 
-    A file '-' is standard input. 'allow' and 'deny' lines of a file come first: what it allows is not seen here.
+    A file '-' is standard input. 'allow' and 'deny' lines of a file apply first: what it allows is not reported.
     """
     if watch:
         if fix is not None or denied or allowed or profile is not None or form != "text":
@@ -290,7 +290,7 @@ def watch_file(file: str, values: Sequence[str], out: str | None, name: str | No
 def _commands(file: str, path: Path, values: Sequence[str], out: str | None, name: str | None) -> Iterator[list[str]]:
     """Yield the commands of a save; each runs only if the one before found no mistake."""
     from fuzzyctl.loading.examination import look_through
-    from fuzzyctl.support.shipped import read_source
+    from fuzzyctl.support.files import read_source
 
     yield ["check", file]
     chosen, written = ([option, text] if text is not None else [] for option, text in (("--block", name), ("-o", out)))
@@ -309,7 +309,7 @@ def _commands(file: str, path: Path, values: Sequence[str], out: str | None, nam
 def _is_stopped(path: Path) -> bool:
     """Return whether a file has mistakes besides guarantees that do not hold."""
     from fuzzyctl.analysis.check import check_source
-    from fuzzyctl.support.shipped import read_source
+    from fuzzyctl.support.files import read_source
 
     try:
         return any(d.stops for d in check_source(read_source(path), folder=path.parent)[1])

@@ -15,7 +15,7 @@ import click
 from fuzzyctl.cli.streams import painted, say, terminal_width, use_color, writable_output, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, UnknownNameError, render_all
 from fuzzyctl.diagnostics.suggestions import closest
-from fuzzyctl.support.shipped import to_number
+from fuzzyctl.support.files import to_number
 
 if TYPE_CHECKING:
     from fuzzyctl.kernels.kernel import Kernel
@@ -111,7 +111,7 @@ STATE = click.option(
     "state",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Set a number of the state; may be repeated.  [default: that of the start]",
+    help="Set a number of the state; may be repeated.  [default: the initial state]",
 )
 SVG_TEXT = click.option("--svg-text", is_flag=True, help="Keep the texts of an SVG as text, not as outlines.")
 #: Where a command keeps whether it is quiet, the warnings that it has printed, and whether it has read standard input.
@@ -211,7 +211,7 @@ def assignments(texts: Iterable[str], names: Sequence[str], kind: str) -> dict[s
     """Read `name=value` arguments.
 
     Raises:
-        DiagnosticError: With all unknown names, repeated names and values that are no numbers.
+        DiagnosticError: With all unknown names, repeated names and values that are not numbers.
     """
     values: dict[str, float] = {}
     mistakes: list[Diagnostic] = []

@@ -83,7 +83,7 @@ def _profiles(_context: click.Context, _option: click.Parameter, text: str | Non
 @POINTS
 @click.option("--changes", is_flag=True, help="Show what was changed from the first file to the second instead.")
 @click.option("--loops", is_flag=True, help="Run the loops of two files, and compare their measures.")
-@click.option("--within", type=NotNegative(), metavar="TOLERANCE", help="Fail where they differ by more.")
+@click.option("--within", type=NotNegative(), metavar="TOLERANCE", help="Fail if they differ by more.")
 @STATE
 @FORMAT
 @SET
@@ -112,22 +112,22 @@ def compare(
     fuzzyctl compare tipper tip.fz --changes
     git show HEAD:tip.fz | fuzzyctl compare - tip.fz --changes
 
-    One file is compared as several tools compute it. Outputs are compared at corners of terms, on an even grid and at
-    random points; the search continues around the worst of them. Then settings are copied from the second to the first
-    one by one, to find those that explain the difference there. Inputs and outputs are paired by name, those of other
-    names in order.
+    With one file, the results of several tools are compared. Outputs are compared at corners of terms, on an even
+    grid and at random points; the search continues around the worst of them. Then settings are copied from the
+    second to the first one by one, to find those that explain the difference there. Inputs and outputs are paired
+    by name, the others in order.
 
-    Of controllers one step is compared, from the state of the start or that of --state: the outputs, and the next
+    For controllers one step is compared, from the initial state or that of --state: the outputs, and the next
     values of states that both have.
 
-    With --loops the loops of both files are run, paired by name, those of other names in order, and their measures are
+    With --loops the loops of both files are run, paired by name, the others in order, and their measures are
     printed with the differences. --set then takes params of loops and of their blocks.
 
     With --changes settings, params, terms, rules, cells of tables and guarantees are compared, not lines of text:
     layout, comments and the order of the parts of a rule do not count, and a renamed term is the same term. '=' marks
-    what is written in another way and has the same value.
+    a different form of the same value.
 
-    Exit code: 0; 1 where a difference exceeds --within, or with --changes where something was changed.
+    Exit code: 0; 1 if a difference exceeds --within, or with --changes if something was changed.
     """
     has_points = click.get_current_context().get_parameter_source("points") is ParameterSource.COMMANDLINE
     if changes:
@@ -206,7 +206,7 @@ def _compared(a: Any, b: Any, points: int, state: Sequence[str]) -> list[_Result
 
 
 def _states(a: Any, b: Any, texts: Sequence[str]) -> list[list[float] | None]:
-    """Return the state of each block with the numbers of `NAME=VALUE` texts, None for that of the start."""
+    """Return the state of each block with the numbers of `NAME=VALUE` texts, None for the initial one."""
     if not texts:
         return [None, None]
     from fuzzyctl.kernels.compile import compile

@@ -17,7 +17,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.kernels.compile import Kernel
 from fuzzyctl.kernels.compile import compile as compile_block
-from fuzzyctl.support.shipped import to_number
+from fuzzyctl.support.files import to_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

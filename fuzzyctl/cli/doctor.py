@@ -36,7 +36,7 @@ PARTS: Final = ("kernels", "dwmr")
 @FORMAT
 @answers_with_diagnostics
 def doctor(clear_cache: bool, form: str) -> int:
-    """Say what is installed and in use.
+    """Report what is installed and in use.
 
     Names the backend that evaluates systems, and why, and the folder of compiled kernels.
 

@@ -56,9 +56,9 @@ def evaluate(
     printf "service,food\\n7,8\\n" | fuzzyctl eval tipper --points -
 
     FILE may be '-', standard input. The CSV has a header with the names of the inputs, in any order; other columns are
-    kept, the outputs are appended. A value outside an input's range of a system is clamped to it, with a warning. A
-    state begins with that of the start: the rows of a CSV follow each other in time. A controller without 'every'
-    takes dt=SECONDS.
+    kept, the outputs are appended. A value outside the range of an input is clamped to it, with a warning. A
+    state begins at its initial value; the rows of a CSV follow each other in time. A controller without 'every' takes
+    dt=SECONDS.
     """
     system = load_evaluable(file, choice)
     if points is not None:
@@ -112,7 +112,9 @@ def _results(block: Any, values: dict[str, float], state: Sequence[str]) -> tupl
 @click.command()
 @click.argument("file")
 @click.argument("values", nargs=-1, metavar="INPUT=VALUE...")
-@click.option("-o", "--output", "out", metavar="FILE", help="Draw the rules that act, their sets cut: PNG, SVG or PDF.")
+@click.option(
+    "-o", "--output", "out", metavar="FILE", help="Draw the rules that act and their cut sets: PNG, SVG or PDF."
+)
 @SVG_TEXT
 @click.option("--rules", "most", type=click.IntRange(1, 100), default=12, show_default=True, help="Most rules to show.")
 @STATE
@@ -130,7 +132,7 @@ def why(
     form: str,
     choice: Choice,
 ) -> int:
-    """Say why a system, or a step of a controller, gives what it gives at a point.
+    """Explain the outputs of a system, or of a step of a controller, at a point.
 
     Prints the rules that act, the highest activation first, with what each contributes, and the slopes of the outputs.
 
@@ -139,7 +141,7 @@ def why(
     fuzzyctl why tipper service=7 food=8 -o why.svg
     fuzzyctl why water_tank --block fuzzy_pi reference=1 level=0.6
 
-    Of a controller it prints the values of its definitions and states, and takes apart each system that it calls.
+    For a controller it prints the values of its definitions and states, and explains each system that it calls.
     """
     from fuzzyctl.display.traces import trace_text
     from fuzzyctl.explain.block_trace import BlockTrace, trace_block

@@ -13,7 +13,7 @@ from fuzzyctl.cli.loading import content_of, require_own
 from fuzzyctl.cli.streams import print_diff, say, write_data
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
-from fuzzyctl.support.shipped import Place
+from fuzzyctl.support.files import Place
 from fuzzyctl.support.writing import written_whole
 
 
@@ -41,10 +41,10 @@ class _Laid:
 @DIAGNOSTICS_FORMAT
 @answers_with_diagnostics
 def fmt(files: tuple[str, ...], only_check: bool, only_diff: bool, form: str) -> int:
-    """Lay rule files out: spacing, indentation, columns of tables.
+    """Format rule files: spacing, indentation, columns of tables.
 
     Comments and numbers stay as typed. '-' reads standard input and writes standard output.
-    A file with syntax errors is left alone.
+    A file with syntax errors is not changed.
     """
     if form != "text" and (not only_check or only_diff):
         raise click.UsageError("'--format' belongs to '--check'")
@@ -80,7 +80,7 @@ def _laid_out(file: str) -> _Laid:
     from fuzzyctl.formats.registry import format_of
     from fuzzyctl.lang.formatter import format_source
     from fuzzyctl.lang.parser import parse
-    from fuzzyctl.support.shipped import decode
+    from fuzzyctl.support.files import decode
 
     foreign = format_of(file)
     if foreign is not None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 from fuzzyctl.cli.common import AS, BLOCK, SET, STDIN, assignments, remark, show, standard_input
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.records import dataclass
-from fuzzyctl.support.shipped import Place, is_name, place_of, shipped_files
+from fuzzyctl.support.files import Place, is_name, place_of, shipped_files
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
@@ -105,7 +105,7 @@ class Opened:
 
 def source_of(file: str) -> SourceText:
     """Read a rule file, or standard input for '-'; files that its text uses are found in the current folder."""
-    from fuzzyctl.support.shipped import decode
+    from fuzzyctl.support.files import decode
 
     data, place = content_of(file)
     return decode(data, place.name)
@@ -113,7 +113,7 @@ def source_of(file: str) -> SourceText:
 
 def content_of(file: str) -> tuple[bytes, Place]:
     """Read a file as `source_of` does, without decoding it; note on standard error that it hides a shipped one."""
-    from fuzzyctl.support.shipped import read_bytes, read_place
+    from fuzzyctl.support.files import read_bytes, read_place
 
     if file == "-":
         return read_bytes(standard_input(), STDIN), Place(Path(), STDIN, False)
@@ -241,11 +241,11 @@ def under(block: AnyBlock, profile: ProfileName | None) -> AnyBlock:
     if profile is None:
         return block
     from fuzzyctl.model.as_profile import as_profile
-    from fuzzyctl.model.checks.checks import kept
+    from fuzzyctl.model.checks.checks import profile_hints
 
     def changed(system: FuzzySystem) -> FuzzySystem:
         under_profile = as_profile(system, profile)
-        show(kept(system, profile))
+        show(profile_hints(system, profile))
         return under_profile
 
     return block.with_systems(changed)

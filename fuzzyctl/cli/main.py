@@ -13,13 +13,13 @@ from fuzzyctl.cli.streams import Program
 GROUPS: Final = {
     "Write": {
         "new": ("fuzzyctl.cli.new", "new", "Write an annotated rule file to begin with."),
-        "fmt": ("fuzzyctl.cli.fmt", "fmt", "Lay rule files out: spacing, indentation, columns of tables."),
-        "check": ("fuzzyctl.cli.check", "check", "Find the mistakes of rule files, at every save if you like."),
+        "fmt": ("fuzzyctl.cli.fmt", "fmt", "Format rule files: spacing, indentation, columns of tables."),
+        "check": ("fuzzyctl.cli.check", "check", "Find mistakes in rule files, once or at every save."),
         "explain": ("fuzzyctl.cli.explain", "explain", "Explain a diagnostic code."),
     },
     "Ask": {
         "eval": ("fuzzyctl.cli.eval", "evaluate", "Evaluate a rule file at a point, or at all points of a CSV."),
-        "why": ("fuzzyctl.cli.eval", "why", "Say why a system gives what it gives at a point."),
+        "why": ("fuzzyctl.cli.eval", "why", "Explain an output at a point by the rules that act."),
         "plot": ("fuzzyctl.cli.plot", "plot", "Draw an output over inputs, or the terms."),
         "plot-surface": ("fuzzyctl.cli.plot", "plot_surface", "Draw an output over one or two inputs."),
         "show": ("fuzzyctl.cli.show", "show_system", "Print a summary of a rule file."),
@@ -29,8 +29,12 @@ GROUPS: Final = {
         "compare": ("fuzzyctl.cli.compare", "compare", "Compare two files, in numbers or in what was changed."),
     },
     "Run": {
-        "simulate": ("fuzzyctl.cli.simulate", "simulate", "Run loops of controllers and plants, and judge them."),
-        "sweep": ("fuzzyctl.cli.sweep", "sweep", "Run loops many times with values that vary."),
+        "simulate": (
+            "fuzzyctl.cli.simulate",
+            "simulate",
+            "Run closed loops, and check their requirements.",
+        ),
+        "sweep": ("fuzzyctl.cli.sweep", "sweep", "Run loops many times with varied values."),
     },
     "Ship": {
         "codegen": ("fuzzyctl.cli.codegen", "codegen", "Write a block as C99, Structured Text, JavaScript, an FMU."),
@@ -38,7 +42,7 @@ GROUPS: Final = {
         "page": ("fuzzyctl.cli.page", "page", "Write a file as one page that computes offline."),
         "studio": ("fuzzyctl.cli.serve", "studio", "Edit rule files in the browser, with pictures."),
         "lsp": ("fuzzyctl.cli.serve", "lsp", "Serve an editor: mistakes, completion, hover, renaming."),
-        "doctor": ("fuzzyctl.cli.doctor", "doctor", "Say what is installed, and what is in use."),
+        "doctor": ("fuzzyctl.cli.doctor", "doctor", "Report what is installed and in use."),
     },
 }
 

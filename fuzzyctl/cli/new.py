@@ -126,7 +126,7 @@ def copies(name: str, base: str, target: Path) -> dict[Path, str]:
         BadParameter: If there is no such shipped file, or it uses a file that is called like the copy.
     """
     from fuzzyctl.loading.assembly import files_read
-    from fuzzyctl.support.shipped import LIST, shipped_files
+    from fuzzyctl.support.files import LIST, shipped_files
 
     files = shipped_files()
     if base not in files:

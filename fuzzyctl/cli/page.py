@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 def page(file: str, out: str | None, choice: Choice) -> int:
     """Write a file as one HTML page that computes offline, to look at and to share.
 
-    It has sliders for the inputs, terms with their degrees, the rules that act, surfaces, and what is proved; steps of
-    controllers; loops over time, which are run before. Its numbers come from JavaScript as 'fuzzyctl codegen' writes
-    it. The page of a file whose guarantee is refuted begins at the point that shows it.
+    It has sliders for the inputs, terms with their degrees, the rules that act, surfaces, and proved facts; steps
+    of controllers; loops over time, which are run beforehand. Its numbers come from JavaScript as 'fuzzyctl
+    codegen' writes it. The page of a file whose guarantee is refuted begins at the point that shows it.
 
     \b
     fuzzyctl page tipper -o tipper.html
@@ -42,7 +42,7 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     Exit code 1 if a guarantee is refuted, a requirement of a loop is not met or its run is stopped, 3 if a guarantee is
     undecided; the page is written.
     """
-    from fuzzyctl.analysis import work as clock
+    from fuzzyctl.analysis.work import clock
     from fuzzyctl.loading.load import chosen
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.loop import Loop
@@ -82,7 +82,7 @@ def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> No
     """Refuse settings of no block.
 
     Raises:
-        DiagnosticError: For names that no block has, and values that are no numbers.
+        DiagnosticError: For names that no block has, and values that are not numbers.
     """
     if not choice.settings:
         return
@@ -99,8 +99,8 @@ def _sections(examined: Examined, choice: Choice, diagnostics: list[Diagnostic],
     Raises:
         DiagnosticError: For a block with errors, and one that JavaScript cannot compute.
     """
-    from fuzzyctl.analysis import work as clock
     from fuzzyctl.analysis.prove import CLAIM_SECONDS
+    from fuzzyctl.analysis.work import clock
     from fuzzyctl.codegen import javascript_source
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.prepare import prepare

@@ -76,7 +76,7 @@ def plot_surface(**options: Any) -> None:
 @click.option(
     "--terms",
     is_flag=True,
-    help="Draw the terms of all inputs and outputs instead, of a controller those of its systems.",
+    help="Draw the terms of all inputs and outputs; for a controller, of its systems.",
 )
 @_options
 def plot(

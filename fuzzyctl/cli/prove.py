@@ -71,13 +71,13 @@ class Proof:
 def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float | None, form: str) -> int:
     """Prove the guarantees of rule files: their 'require' lines.
 
-    Each one is proved for all inputs, refuted by a point that is evaluated, or left undecided with what would decide
-    it. Of controllers the ranges of states and outputs are proved, too: for every step that a run may reach.
+    Each one is proved for all inputs, refuted by a point that is evaluated, or left undecided with a
+    reason. For controllers, the ranges of states and outputs are proved, too, for every step that a run can reach.
     Exit code 1 if one is refuted or a file has mistakes, 3 if one is undecided.
 
-    With --bounds no number that a kernel returns lies outside of what is printed, for any inputs; of a controller over
-    every step that a run may reach. Points where an output comes nearest are evaluated. Slopes are bounds of how much
-    an output changes per unit of each input.
+    --bounds prints for each output an interval that contains every number that a kernel returns, for any inputs; for a
+    controller, over every step that a run can reach. The points at which an output comes nearest to its bounds are
+    evaluated. The printed slopes bound the change of an output per unit of each input.
 
     \b
     fuzzyctl prove tipper ais_reaction
@@ -249,9 +249,8 @@ def print_bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
         timeout: Seconds that all bounds may take together.
         form: "text" or "json".
     """
-    from fuzzyctl.analysis import work as clock
     from fuzzyctl.analysis.extremes import extents
-    from fuzzyctl.analysis.work import written
+    from fuzzyctl.analysis.work import clock, written
     from fuzzyctl.kernels.plan.build import plan
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem

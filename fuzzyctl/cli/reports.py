@@ -16,7 +16,7 @@ from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic
 from fuzzyctl.diagnostics.fixes import Fix
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.terminal import printable
-from fuzzyctl.support.shipped import explanations_folder
+from fuzzyctl.support.files import explanations_folder
 
 #: Where SARIF 2.1.0 is defined; viewers tell versions apart by it.
 SARIF_SCHEMA: Final = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"

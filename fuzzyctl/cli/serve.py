@@ -14,7 +14,7 @@ import fuzzyctl
 from fuzzyctl.cli.common import DONE, FAILED, answers_with_diagnostics
 from fuzzyctl.cli.loading import folder_of, source_of
 from fuzzyctl.cli.streams import say
-from fuzzyctl.support.shipped import place_of, studio_folder
+from fuzzyctl.support.files import place_of, studio_folder
 
 #: The command that installs the studio, or the one of this version.
 REPAIR: Final = "pip install 'fuzzyctl[studio]', or in a clone: pip install ./apps/studio"
@@ -25,11 +25,9 @@ REPAIR: Final = "pip install 'fuzzyctl[studio]', or in a clone: pip install ./ap
 @click.option(
     "--folder",
     metavar="FOLDER",
-    help="The studio that was built.  [default: the checkout's, else the installed one]",
+    help="The built studio.  [default: the checkout's, else the installed one]",
 )
-@click.option(
-    "--port", type=click.IntRange(0, 65535), help="Port; 0: one that is free.  [default: 8617, else one that is free]"
-)
+@click.option("--port", type=click.IntRange(0, 65535), help="Port; 0 for a free one.  [default: 8617, else a free one]")
 @click.option("--no-browser", is_flag=True, help="Print the address only.")
 @answers_with_diagnostics
 def studio(file: str | None, folder: str | None, port: int | None, no_browser: bool) -> int:
@@ -40,7 +38,7 @@ def studio(file: str | None, folder: str | None, port: int | None, no_browser: b
 
     fuzzyctl itself runs in the browser; nothing leaves this machine, and no network is needed. The file is opened as a
     copy, with the files that it uses: 'Save' in the studio writes it. A server on the loopback address hands the
-    studio to the browser, since browsers start no workers from files. Ctrl-C ends it.
+    studio to the browser, since browsers do not start workers from local files. Ctrl-C ends it.
 
     The studio is an extra: pip install "fuzzyctl[studio]", or in a clone, with Node 20: pip install ./apps/studio
     """
@@ -95,7 +93,7 @@ def _open(place: str) -> None:
 def lsp() -> int:
     """Serve an editor over standard input and output.
 
-    Editors start this command themselves and speak the Language Server Protocol with it: mistakes while one types,
+    Editors start this command themselves and speak the Language Server Protocol with it: mistakes while you type,
     with their repairs, completion, hover, definition, references, renaming, outline, formatting. It needs the extra
     'lsp': pip install "fuzzyctl[lsp]"
     """

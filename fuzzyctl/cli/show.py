@@ -12,12 +12,12 @@ from fuzzyctl.cli.common import ALGORITHM, DONE, FORMAT, QUIET, answers_with_dia
 from fuzzyctl.cli.loading import Choice, chooses, open_block, open_blocks
 from fuzzyctl.cli.streams import say, use_color, write_json
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.support.shipped import first_sentence, shipped_groups
+from fuzzyctl.support.files import first_sentence, shipped_groups
 
 
 @click.command("show")
 @click.argument("file", required=False)
-@click.option("--plan", "only_plan", is_flag=True, help="Print how it is computed instead, and why so.")
+@click.option("--plan", "only_plan", is_flag=True, help="Print how it is computed, and why.")
 @ALGORITHM
 @FORMAT
 @chooses
@@ -32,11 +32,10 @@ def show_system(
 ) -> int:
     """Print a summary of a rule file; without FILE, the shipped files.
 
-    Ranges and terms with their numbers computed, the method in effect with its defaults, rules, and what is proved:
-    the values that each output can have, and whether some rule fires everywhere. A file of several systems is printed
-    whole unless --block names one. Of controllers, plants and loops it prints params, signals, states and equations in
-    the order in which they are computed. With --plan, --algorithm says what another choice would be, or why the system
-    does not allow it.
+    The summary has ranges and terms with computed numbers, the method with its defaults, the rules, and proved facts:
+    the range of each output, and whether some rule fires everywhere. All systems of a file are printed unless --block
+    names one. For controllers, plants and loops it prints params, signals, states and equations in the order in which
+    they are computed. With --plan, --algorithm shows another choice, or why the system does not allow it.
     """
     if algorithm != "auto" and not only_plan:
         raise click.BadParameter("it is about how a system is computed: add --plan", param_hint="--algorithm")

@@ -84,10 +84,10 @@ def simulate(
     fuzzyctl simulate water_tank --against mathworks_tank
     fuzzyctl simulate pendulum --corners
 
-    All loops of a file are run side by side, or the one that is named. A plant in Python is executed, and so
+    All loops of a file are run, or the one that --block names. A plant in Python is executed, and so
     is the native code of an FMU.
 
-    Exit code: 0; 1 where a run is stopped, a requirement is not met, or a claim about every instant is broken.
+    Exit code: 0; 1 if a run is stopped, a requirement is not met, or a claim about every instant is broken.
     """
     from fuzzyctl.simulation.run import require_format
     from fuzzyctl.simulation.sample_times import measures_without_samples

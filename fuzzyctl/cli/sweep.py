@@ -22,7 +22,7 @@ from fuzzyctl.cli.sweeps import (
     sentence,
     swept,
 )
-from fuzzyctl.support.shipped import place_of
+from fuzzyctl.support.files import place_of
 
 if TYPE_CHECKING:
     from fuzzyctl.experiments.estimates import Row
@@ -82,10 +82,10 @@ def sweep(
     [random]
     "tank.A" = { uniform = [15.0, 25.0] }
 
-    The folder receives results.csv or results.parquet with one row a run, sweep.json, which says where they come from,
-    and times.csv. A sweep that was interrupted or killed goes on with --resume.
+    The folder receives results.csv or results.parquet with one row per run, sweep.json, which says where they come
+    from, and times.csv. A sweep that was interrupted or killed goes on with --resume.
 
-    Exit code: 0; 1 for mistakes, or where a run cannot be computed.
+    Exit code: 0; 1 for mistakes, or if a run cannot be computed.
     """
     require_one(jobs, cluster)
     require_formats(formats)

@@ -107,7 +107,7 @@ def differences(
         points: How many points to compare.
         seed: For those at random.
         progress: Called now and then.
-        states: The state of each; None for that of the start.
+        states: The state of each; None for the initial one.
 
     Returns:
         One difference for each output of the first block, then for the next value of each state that both have.

@@ -340,7 +340,7 @@ def _greedy(a: FuzzySystem, b: FuzzySystem, distance: Distance) -> tuple[tuple[C
     far = start
     while left and far > NOTHING * start:
         tried = [(part, *_with(current, part, distance)) for part in left]
-        # A part that changes nothing, or gives no value, is no cause.
+        # A part that changes nothing, or gives no value, is not a cause.
         working = [
             (part.last, d, k) for k, (part, s, d) in enumerate(tried) if s is not None and d != far and math.isfinite(d)
         ]

@@ -145,9 +145,9 @@ def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
     if target in FORMATS:
         return FORMATS[target].write(system)
     if target == "markdown":
-        from fuzzyctl.convert.markdown import page
+        from fuzzyctl.convert.markdown import page_text
 
-        return page(system, {}), []
+        return page_text(system, {}), []
     named, losses = with_identifiers(without_repeated_outputs(system))
     if target != "python":
         return dumps(named), losses

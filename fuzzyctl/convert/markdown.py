@@ -26,7 +26,7 @@ _SPECIAL: Final = re.compile(r"([\\`*_{}\[\]<>#~$])")
 Row = Sequence[str]
 
 
-def page(system: FuzzySystem, pictures: Mapping[str, str]) -> str:
+def page_text(system: FuzzySystem, pictures: Mapping[str, str]) -> str:
     """Return a Markdown page about a system.
 
     Args:
@@ -234,7 +234,6 @@ def page_files(system: FuzzySystem, page: Path) -> dict[Path, str]:
         system: The system.
         page: The page's file.
     """
-    from fuzzyctl.convert import markdown
     from fuzzyctl.plot.memberships import draw_variable
     from fuzzyctl.plot.style import svg
     from fuzzyctl.plot.surfaces import draw_surface
@@ -254,4 +253,4 @@ def page_files(system: FuzzySystem, page: Path) -> dict[Path, str]:
         surface = partial(draw_surface, system=drawn, axes=axes, fixed={}, output=output.name, resolution=61)
         texts[files[f"surface {output.name}"]] = svg(surface)
     links = {key: f"{path.parent.name}/{path.name}" for key, path in files.items()}
-    return {**texts, page: markdown.page(system, links)}
+    return {**texts, page: page_text(system, links)}

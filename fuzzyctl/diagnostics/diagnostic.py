@@ -15,7 +15,7 @@ from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.diagnostics.terminal import printable, spelt
 from fuzzyctl.records import dataclass
 
-#: A hint is no mistake by itself; it fails nothing, unless its code is denied.
+#: A hint is not a mistake by itself; it fails nothing, unless its code is denied.
 Severity = Literal["error", "warning", "hint"]
 
 
@@ -168,7 +168,7 @@ def wrapped(text: str, width: int | None, *, first: int, indent: int) -> list[st
     return lines
 
 
-#: Most diagnostics shown as text; a file with more of them is no rule file.
+#: Most diagnostics shown as text; a file with more of them is not a rule file.
 MOST_SHOWN = 200
 
 

@@ -17,7 +17,7 @@ from fuzzyctl.lang.parser import parse
 from fuzzyctl.lang.syntax import SyntaxTree, Use
 from fuzzyctl.loading.assembly import bring_in
 from fuzzyctl.loading.load import Examined, look_through
-from fuzzyctl.support.shipped import is_below, overlaid, read_source
+from fuzzyctl.support.files import is_below, overlaid, read_source
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
@@ -129,15 +129,6 @@ class Document:
         head = self.symbols.scope_at(offset)[1]
         named = head.name if head is not None and head.kind == "system" else None
         return next((s for s in self.examined.systems if named in (None, s.name)), None)
-
-    def line_at(self, offset: int) -> LogicalLine | None:
-        """Return the last logical line that begins at an offset or before it."""
-        found = None
-        for line in self.lines:
-            if line.start > offset:
-                break
-            found = line
-        return found
 
     def text_before(self, offset: int) -> str:
         """Return the text before an offset on its line."""

@@ -49,8 +49,8 @@ class Region:
     Args:
         rule: Where the rule, or the cell of a table, is written.
         text: The rule as a line.
-        inputs: Its side along each input, in the order of the system; None where it is no box.
-        point: The middle of each core; None where it is no box.
+        inputs: Its side along each input, in the order of the system; None where it is not a box.
+        point: The middle of each core; None where it is not a box.
     """
 
     rule: Span | None = field(compare=False)

@@ -31,7 +31,7 @@ from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.lights import Light
 from fuzzyctl.editor.protocol import Protocol, is_of_client, log_in_lines
 from fuzzyctl.editor.symbols import Symbol
-from fuzzyctl.support.shipped import MAX_BYTES, is_below, read_source
+from fuzzyctl.support.files import MAX_BYTES, is_below, read_source
 
 #: Seconds that a text rests before it is checked, in which a burst of changes arrives, and before its proofs begin.
 BREATH: Final = 0.001
@@ -378,7 +378,7 @@ def path_of(uri: str) -> str | None:
 
 
 def uri_of(name: str) -> str:
-    """Return the address of a source by its name, which is a path or the address of a text that is no file."""
+    """Return the address of a source by its name, which is a path or the address of a text that is not a file."""
     if "://" in name or name.startswith("untitled:"):
         return name
     return uris.from_fs_path(os.path.abspath(name)) or name
@@ -428,7 +428,7 @@ class Workspace:
             if known is None or known[0] != stamp:
                 known = (stamp, Document(read_source(path, only_regular=True), path.parent))
                 self._read[path] = known
-        except (OSError, DiagnosticError):  # it vanished, or is no text
+        except (OSError, DiagnosticError):  # it vanished, or is not text
             return None
         return known[1]
 

@@ -16,7 +16,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.loading.assembly import split
 
-#: Words in the place of a term that are no terms.
+#: Words in the place of a term that are not terms.
 _NO_TERMS: Final = frozenset({"any"})
 #: The kinds of names that may be before an opening parenthesis.
 _CALLABLE: Final = frozenset({"system", "controller", "plant", "function", "hedge", "output"})

@@ -69,7 +69,7 @@ _MEANINGS: Final = {
     "terms": "a partition: triangles by their peaks, evenly spaced ones without, or singletons with =",
     "rules": "begins a block of tables and rules with norms of its own",
     "with": "joins a condition to each rule of the table below, by and",
-    "table": "rules as a table: a cell has the term of the output for its row and column; . is not a rule",
+    "table": "rules as a table: a cell has the term of the output for its row and column; . means no rule",
     "if": "a rule: how true the antecedent is, so far it acts on the outputs",
     "otherwise": "the rule that fires as far as no other rule for the output does",
     "require": "a guarantee: proved for all inputs; of a loop, checked on a run",

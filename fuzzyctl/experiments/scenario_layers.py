@@ -89,7 +89,7 @@ def read_layers(path: Path, shipped: Shipped) -> tuple[TomlFile, ...]:
         shipped: The scenarios that it may extend by name.
 
     Raises:
-        DiagnosticError: When one of them cannot be read, is no TOML, or extends itself.
+        DiagnosticError: When one of them cannot be read, is not TOML, or extends itself.
     """
     layers: list[TomlFile] = []
     following: Path | None = path
@@ -225,7 +225,7 @@ def read_toml(path: Path, help_text: str) -> TomlFile:
         help_text: What such a file holds, for one that is too large.
 
     Raises:
-        DiagnosticError: When it cannot be read, or is no TOML.
+        DiagnosticError: When it cannot be read, or is not TOML.
     """
     content = read_bytes(path, LARGEST_FILE, help_text)
     try:

@@ -15,7 +15,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.experiments.sweep_plan import Plan
 from fuzzyctl.experiments.sweep_spec import SpecFile
 from fuzzyctl.experiments.sweep_workers import Outcome
-from fuzzyctl.support.shipped import is_special
+from fuzzyctl.support.files import is_special
 
 
 def describe(file: SpecFile, plan: Plan[Any], overrides: Sequence[str]) -> dict[str, Any]:

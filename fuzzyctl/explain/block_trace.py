@@ -82,18 +82,18 @@ def why(block: Controller, values: Mapping[str, float] | Column | None = None, /
 def why(
     block: FuzzySystem | Controller, values: Mapping[str, float] | Column | None = None, /, **named: float
 ) -> Trace | BlockTrace:
-    """Say why a system, or the first step of a controller, gives what it gives at a point.
+    """Explain the outputs of a system, or of the first step of a controller, at a point.
 
     A notebook shows the rules that act.
 
     Args:
-        block: A well-formed system or controller; its state is that of the start.
+        block: A well-formed system or controller; its state is the initial one.
         values: A number for every input by name; a Series of pandas has the names as labels. A controller whose steps
             depend on the time since the step before takes `dt` [s] as well.
         named: The same for names that Python can write.
 
     Raises:
-        UnknownNameError: For a name that is no input.
+        UnknownNameError: For a name that is not an input.
         ArgumentError: When an input is missing, given twice, or no number.
         NoRuleFiresError: Where no rule fires for an output that says `else error`.
     """
@@ -120,7 +120,7 @@ def trace_block(
         state: The numbers of the state before the step by name; None for those of the start.
 
     Raises:
-        UnknownNameError: For a name that is no input.
+        UnknownNameError: For a name that is not an input.
         ArgumentError: When an input is missing or no number, and for a state of other names.
         ValueOutOfBoundsError: For a `dt` that is not positive and finite.
         NoRuleFiresError: Where no rule of a system fires whose output says `else error`.

@@ -129,7 +129,7 @@ def trace(system: FuzzySystem, values: Mapping[str, float], state: Sequence[floa
         state: Its state; None for initial consequents of adaptive outputs, and first values of held ones.
 
     Raises:
-        UnknownNameError: For a name that is no input.
+        UnknownNameError: For a name that is not an input.
         ArgumentError: When an input is missing or no number.
         NoRuleFiresError: Where no rule fires for an output that says `else error`.
     """

@@ -247,7 +247,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
 
         Raises:
             UnknownNameError: For a name of no state, and another option than `start`.
-            ArgumentError: For a `start` that is no mapping, and where the run cannot begin at these states.
+            ArgumentError: For a `start` that is not a mapping, and where the run cannot begin at these states.
             ValueOutOfBoundsError: For a state that is not a finite number.
         """
         for name in options or {}:

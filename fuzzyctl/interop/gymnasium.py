@@ -126,7 +126,7 @@ def environment(
 
     Raises:
         MissingPackageError: Where gymnasium is not installed.
-        ArgumentError: For another object, a block that is no controller, a measure that is no such integral, a reward
+        ArgumentError: For another object, a block that is not a controller, a measure that is not an integral, a reward
             that is neither, a missing `dt` or `duration`, and actions without finite ranges.
         ValueOutOfBoundsError: For times and numbers of steps that are not positive, a penalty that is not a finite
             number, and ranges that are not two numbers in order.

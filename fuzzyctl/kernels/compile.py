@@ -241,7 +241,7 @@ class ByName:
             several outputs a dict by name.
 
         Raises:
-            UnknownNameError: For a name that is no input.
+            UnknownNameError: For a name that is not an input.
             ArgumentError: When an input is missing or no number, or arrays do not broadcast.
             NoRuleFiresError: Where no rule fires for an output that says `else error`.
         """

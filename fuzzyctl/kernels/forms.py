@@ -393,7 +393,7 @@ def known_at(plan: Plan, point: Sequence[float]) -> dict[str, float]:
 def value_of(expr: Expr, values: Mapping[str, float]) -> float:
     """Return the value of an expression over known names."""
     names = list(dict.fromkeys(n.name for n in names_in(expr)))
-    # Names of calls are no names of Python.
+    # Names of calls are not Python names.
     places = {name: f"x{k}" for k, name in enumerate(names)}
     function = scalar_function(replace_names(expr, {n: Name(place) for n, place in places.items()}))
     return float(function(**{places[n]: values[n] for n in names}))

@@ -143,8 +143,8 @@ class Kernel(Displayed):
             (states,).
 
         Raises:
-            ArgumentError: For a wrong number of arguments, one given twice, or one that is no real number.
-            UnknownNameError: For a name that is no input.
+            ArgumentError: For a wrong number of arguments, one given twice, or one that is not a real number.
+            UnknownNameError: For a name that is not an input.
             ValueOutOfBoundsError: For values of free numbers outside their bounds or that the system cannot have, a
                 `dt` that is not positive and finite, and numbers beyond floats.
             NoRuleFiresError: Where no rule fires for an output that says `else error` or has no `else`.
@@ -329,7 +329,7 @@ class Kernel(Displayed):
         Args:
             points: Shape (n, inputs), for one input also (n,); or columns by name, as `batch` takes them.
             state: The state before the first row, shape (states,); None for that of `start`. Adaptive consequents stay
-                as they are; an output that says `else hold` holds the last value before that is no NaN.
+                as they are; an output that says `else hold` holds the last value before that is not NaN.
             dt: Times since the step before [s], one number or shape (n,), for a controller without period.
 
         Returns:

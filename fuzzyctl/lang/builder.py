@@ -489,7 +489,7 @@ class Builder(Transformer[Token, Any]):
         return self._bounded(inner)
 
     def parenthesis(self, inner: ex.Expr) -> ex.Expr:
-        # A number in parentheses is no literal that a sign could belong to: -(1) negates, -1 is a number.
+        # A number in parentheses is not a literal that a sign could belong to: -(1) negates, -1 is a number.
         return dataclasses.replace(inner, text=f"({inner.text})") if isinstance(inner, ex.Number) else inner
 
     def call(self, function: Token, *arguments: ex.Expr | None) -> ex.Call:

@@ -122,7 +122,7 @@ def _bare(word: str) -> str:
     return word.casefold().replace("_", "")
 
 
-#: Words that are no hedges unless a file declares them: an antecedent or a consequent has run on.
+#: Words that are not hedges unless a file declares them: an antecedent or a consequent has run on.
 _RUN_ON: Final = frozenset({"is", "unless", "else"})
 
 
@@ -232,7 +232,7 @@ def headless(source: SourceText, line: LogicalLine, below: LogicalLine | None) -
         below: The next line with code, None at the end.
     """
     text = line.code(source)
-    # Settings and other statements of names only are no header.
+    # Settings and other statements of names only are not headers.
     following = below.code(source) if below is not None and below.kind != "statement" else ""
     if re.match(_VARIABLE, text):
         return "variable"

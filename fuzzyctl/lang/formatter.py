@@ -236,7 +236,7 @@ def _joined(laid: Sequence[_Laid]) -> str:
 def _comment_columns(laid: Sequence[_Laid]) -> list[int]:
     """Return for each line the width of code before its comment: the same for neighbours of one run with comments."""
     columns: list[int] = []
-    # The last part of a line that its author broke is no neighbour of anything.
+    # The last part of a line that its author broke is not a neighbour of anything.
     keys = [(bool(line.code and line.comment), line.run, i if "\n" in line.code else -1) for i, line in enumerate(laid)]
     for _, group in groupby(zip(keys, laid, strict=True), key=lambda pair: pair[0]):
         run = [line for _, line in group]

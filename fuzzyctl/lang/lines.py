@@ -43,7 +43,7 @@ class Token(NamedTuple):
 
     Args:
         kind: "blank", "name", "number", "text" (its second quote may be missing), "sign", "comment" or
-            "character", which is no token.
+            "character", which is not a token.
         text: Its characters.
         start: Offset of the first one.
         end: Offset after the last one.

@@ -217,12 +217,12 @@ class _Assembler:
         head = self.statements[-1]
         if header is None or line.kind != "unknown" or not isinstance(head, sx.Table):
             return False
-        # Names above a row are no second header.
+        # Names above a row are not a second header.
         above_row = headless(self.source, line, below) == "header"
         return above_row or is_barless_row(self.source, line, len(header.terms), head.second is not None)
 
     def give_up(self, line: LogicalLine, message: str, help: str) -> None:
-        """Report that parsing stops at a line: such a text is no rule file, and further messages do not help."""
+        """Report that parsing stops at a line: such a text is not a rule file, and further messages do not help."""
         place = Span(self.source, line.start, max(line.start, line.end))
         self.diagnostics.append(Diagnostic("FZ112", message, place, help=help))
         self.unread.update(_WORDS.findall(self.source.text, line.start))

@@ -25,7 +25,7 @@ from fuzzyctl.lang.repaired_text import RepairedText, in_original
 from fuzzyctl.lang.repairs import CHARACTERS, COMMENT, ROWS
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
 
-#: Longer lines, and lines with longer gaps, are not repaired: they are no slips, and patterns would take long.
+#: Longer lines, and lines with longer gaps, are not repaired: they are not slips, and patterns would take long.
 _LONGEST: Final = 300
 _GAP: Final = re.compile(r"\s{41}")
 #: Says where reading a line of a text stops; None where all of it can be read.

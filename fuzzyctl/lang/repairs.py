@@ -505,7 +505,7 @@ def _grouped(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
 
 
 _OPERATORS: Final = {"=": "==", "=>": ">=", "=<": "<=", "===": "==", "<>": "!=", "!==": "!="}
-#: Words that are no misspelt 'and' or 'or'.
+#: Words that are not misspelt 'and' or 'or'.
 _LOGIC: Final = frozenset({"and", "or", "then", "xor", "nor", "nand", "xnor", "andnot"})
 _COMPARED: Final = r"([^<>=!]+?)"
 

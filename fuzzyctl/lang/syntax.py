@@ -53,7 +53,7 @@ BLOCKS: Final[dict[str, tuple[str, ...]]] = {
 #: All of them.
 BLOCK_KEYWORDS: Final = tuple(dict.fromkeys(word for words in BLOCKS.values() for word in words))
 
-#: Words that are no names, since rules and expressions use them.
+#: Words that are not names, since rules and expressions use them.
 RESERVED: Final = frozenset({"and", "or", "not", "then", "weight", "inf", "pi"})
 
 
@@ -302,7 +302,7 @@ class Variable(Statement):
     upper: Expr
     clauses: tuple[Clause, ...]
     terms: tuple[TermLine | TermsLine, ...] = ()
-    #: Some line below could not be read, so that missing terms are no mistake of their own.
+    #: Some line below could not be read, so that missing terms are not reported.
     incomplete: bool = False
     #: The value of an `output` or a `let` without rules.
     value: Expr | None = None

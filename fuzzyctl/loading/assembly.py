@@ -14,7 +14,7 @@ from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.records import dataclass
-from fuzzyctl.support.shipped import files_in, is_below, read_source
+from fuzzyctl.support.files import files_in, is_below, read_source
 
 #: Most files that one file may use, directly and through others.
 MAX_FILES: Final = 64

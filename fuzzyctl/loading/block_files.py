@@ -20,7 +20,7 @@ from fuzzyctl.model.controller import Result, Signal, State
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.loop import SIGNALS, Loop
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.support.shipped import files_in, is_below, read_source, record_file
+from fuzzyctl.support.files import files_in, is_below, read_source, record_file
 
 if TYPE_CHECKING:
     from fuzzyctl.simulation.fmu_archive import FmuDescription

@@ -24,7 +24,7 @@ from fuzzyctl.model.checks.units import unlike_units
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold
 from fuzzyctl.resolve import resolve
-from fuzzyctl.support.shipped import read_source
+from fuzzyctl.support.files import read_source
 
 if TYPE_CHECKING:
     from fuzzyctl.loading.blocks import Callee

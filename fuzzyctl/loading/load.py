@@ -14,7 +14,7 @@ from fuzzyctl.loading.examination import Examined, look_through
 from fuzzyctl.model.block import Block
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
-from fuzzyctl.support.shipped import MAX_BYTES, decode, place_of, read_source
+from fuzzyctl.support.files import MAX_BYTES, decode, place_of, read_source
 
 if TYPE_CHECKING:
     from fuzzyctl.loading.examination import Examined
@@ -260,7 +260,7 @@ def examine_all(
 ) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
     """Do the same for all systems of a source; those with errors are left out.
 
-    The suffix of the source's name says the format; whatever is no format of another tool is a rule file.
+    The suffix of the source's name says the format; all other suffixes mean a rule file.
     """
     result = look_through(source, folder=folder, hints=hints)
     return result.systems, result.reported(result.diagnostics)

@@ -188,7 +188,7 @@ class FuzzySystem(Block):
             values: New values by name; params computed from them follow.
 
         Raises:
-            UnknownNameError: For a name that is no param.
+            UnknownNameError: For a name that is not a param.
             ValueOutOfBoundsError: For a value that is not finite.
             DiagnosticError: When the system is not well formed with these values, such as feet out of order.
         """
@@ -250,7 +250,7 @@ class FuzzySystem(Block):
             several outputs a dict of them by name.
 
         Raises:
-            UnknownNameError: For a name that is no input.
+            UnknownNameError: For a name that is not an input.
             ArgumentError: When an input is missing, or given without its name.
             NoRuleFiresError: Where no rule fires for an output that says `else error`.
         """

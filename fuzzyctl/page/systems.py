@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final, Generic, TypeVar
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.bounds import OutputBound
 from fuzzyctl.analysis.prove import Prover
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
+from fuzzyctl.analysis.work import clock
 from fuzzyctl.codegen.javascript_parts import Shown
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.explain.implied_sets import antecedent_set

@@ -64,7 +64,7 @@ def of(lines: Sequence[Line], *, is_log: bool = False) -> Limits:
         return Limits((least, greatest), (least, greatest), "")
     spans = np.array([high - low for low, high in usual])
     typical = float(np.median(spans[spans > 0.0])) if (spans > 0.0).any() else 0.0
-    if typical == 0.0:  # a pulse on lines that rest is no peak
+    if typical == 0.0:  # a pulse on lines that rest is not a peak
         return Limits((least, greatest), (least, greatest), "")
     tame = [ends for ends, span in zip(usual, spans, strict=True) if span <= WILD * typical] or usual
     low, high = _with_room(float(min(a for a, _ in tame)), float(max(b for _, b in tame)), 0.3)

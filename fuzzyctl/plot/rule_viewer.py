@@ -51,7 +51,7 @@ def rules(
         The axes row by row, a tuple that a notebook shows as the picture.
 
     Raises:
-        UnknownNameError: For a name that is no input.
+        UnknownNameError: For a name that is not an input.
         ArgumentError: When an input is missing or no number, and for axes that have no place in a grid.
         ValueOutOfBoundsError: For fewer rules than one, or more than a picture has room for.
         NoRuleFiresError: Where no rule fires for an output that says `else error`.

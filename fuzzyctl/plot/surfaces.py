@@ -49,7 +49,7 @@ class Sampled:
         labels: The label of each variable, by name.
         axis_labels: The same with the unit.
         ends: Of the range of each input.
-        state: By name, at which it is drawn; None for that of the start.
+        state: By name, at which it is drawn; None for the initial one.
     """
 
     kernel: Kernel

@@ -39,7 +39,7 @@ class Context:
     """Diagnostics and declared names.
 
     Args:
-        unread: Words of lines that could not be read; names among them are no mistake of who uses them.
+        unread: Words of lines that could not be read; names among them are not reported where they are used.
         lost_variable: Whether the declaration of some input or output is known to be missing.
         lost_input: Whether that of some input is, so that inputs cannot be counted.
         lost_file: Whether any declaration may be missing, since a used file could not be read.

@@ -296,7 +296,7 @@ def _term_runs_on(context: Context, text: sx.ConsequentText) -> bool:
 def _known_term(context: Context, variable: sx.Word, term: sx.Word, among: dict[str, sx.Variable], kind: str) -> bool:
     declared = among.get(variable.text)
     if declared is None:
-        # A variable whose own line was broken is no mistake of the rule's.
+        # A variable whose own line was broken is not a mistake of the rule's.
         if variable.text not in context.where:
             variables = among if kind == "output" else {**context.inputs, **context.outputs, **context.lets}
             context.unknown(kind, variable, variables)

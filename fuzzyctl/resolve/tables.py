@@ -208,7 +208,7 @@ def _begins_with_input(context: Context, outputs: Sequence[sx.Variable], row: sx
 
 
 def _has_corner(context: Context, columns: sx.Variable, header: sx.HeaderLine) -> bool:
-    """Report a header that begins with a name which is no term of the columns, before as many terms as there are."""
+    """Report a header that begins with a name which is not a term of the columns, before as many terms as there are."""
     first, *others = header.terms
     terms = terms_of(columns)
     if first.text in terms or [w.text for w in others if w.text in terms] != [w.text for w in others] or not others:

@@ -23,7 +23,7 @@ from fuzzyctl.resolve.functions import applied, expanded
 from fuzzyctl.resolve.rules import is_garbled, resolve_function, terms_of
 from fuzzyctl.resolve.settings import resolve_own_setting
 
-#: Most terms of one variable; more are no linguistic variable but a mistake of a generator.
+#: Most terms of one variable; more are not a linguistic variable but a mistake of a generator.
 MAX_TERMS: Final = 1000
 
 _FALLBACKS: Final[tuple[Fallback, ...]] = ("midpoint", "nan", "error")
@@ -276,7 +276,7 @@ def _own_kind(context: Context, statement: sx.Variable, line: sx.TermLine) -> Te
 
 
 def _report_unknown_kind(context: Context, word: sx.Word, known: list[str]) -> None:
-    """Report a word that is no membership function, with the form of the one that it most likely means."""
+    """Report a word that is not a membership function, with the form of the one that it most likely means."""
     near = context.near(word.text, [*known, *PEER_KINDS])
     kind = near if near is None or near in known else known_kind(near)
     facts, help_text = [f"membership functions: {', '.join(known)}"], f"did you mean '{kind}'?" if kind else ""

@@ -13,7 +13,7 @@ import numpy as np
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.simulation.signals import Given, Noise, Table
-from fuzzyctl.support.shipped import read_source
+from fuzzyctl.support.files import read_source
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -57,7 +57,7 @@ def dead_times(equations: LoopEquations, substeps: int) -> DeadTimes:
         substeps: The fewest steps between two samples.
 
     Raises:
-        ArgumentError: For more than `MOST_KEPT` numbers, and a number of substeps that is no positive integer.
+        ArgumentError: For more than `MOST_KEPT` numbers, and a number of substeps that is not a positive integer.
     """
     if not (type(substeps) is int and substeps >= 1):
         raise ArgumentError(f"'substeps' must be a positive integer, got {substeps!r}")

@@ -34,7 +34,7 @@ from fuzzyctl.simulation.judgement import Judgement
 from fuzzyctl.simulation.loop_params import Ranges, block_params, settable_of
 from fuzzyctl.simulation.python_plant import PythonPlant
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.simulation.source import (
+from fuzzyctl.simulation.runge_kutta import (
     External,
     LoopPrograms,
     compiled,
@@ -192,7 +192,7 @@ class Experiment(Displayed):
             The run; one that was stopped, or interrupted, has the data up to there and says why.
 
         Raises:
-            ArgumentError: For another number of values, a number of substeps that is no positive integer, and a seed
+            ArgumentError: For another number of values, a number of substeps that is not a positive integer, and a seed
                 that is negative or no integer.
             ValueOutOfBoundsError: For a value that is not finite, or outside the range of its param.
         """

@@ -78,7 +78,7 @@ _MACHINES: Final = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64",
 
 
 class FmuError(FuzzyctlError):
-    """Raised for a file that is no FMU for co-simulation.
+    """Raised for a file that is not an FMU for co-simulation.
 
     Args:
         message: The mistake.
@@ -156,7 +156,7 @@ def read_description(path: str) -> FmuDescription:
     """Read the description of an FMU.
 
     Raises:
-        FmuError: If the file is no FMU for co-simulation.
+        FmuError: If the file is not an FMU for co-simulation.
     """
     with _opened(path) as archive:
         names = archive.namelist()

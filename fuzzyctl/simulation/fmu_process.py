@@ -24,7 +24,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import listed
 from fuzzyctl.simulation.fmu_plant import CALLS, MESSAGES, FmuPlant
-from fuzzyctl.simulation.source import External, external_plant, interpreted
+from fuzzyctl.simulation.runge_kutta import External, external_plant, interpreted
 from fuzzyctl.support.cores import interrupts_blocked
 
 #: Most samples of one request, and the time [s] after which a request ends with fewer.

@@ -102,7 +102,7 @@ class Panel:
 
 
 def panels(loop: Loop, recorded: Collection[str]) -> list[Panel]:
-    """Return the panels of a run: outputs of plants, of controllers, then signals of time that are no reference.
+    """Return the panels of a run: outputs of plants, of controllers, then signals of time that are not references.
 
     Args:
         loop: The loop.

@@ -21,8 +21,8 @@ from fuzzyctl.simulation.dead_times import dead_times
 from fuzzyctl.simulation.equations import LoopEquations, with_calls
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.judgement import Judgement, Requirement
+from fuzzyctl.simulation.runge_kutta import LoopPrograms, interpreted, printed, programs, refused
 from fuzzyctl.simulation.signals import Noise, Table
-from fuzzyctl.simulation.source import LoopPrograms, interpreted, printed, programs, refused
 
 #: Most operations of a run: CPython takes about a second for them, in a browser a few.
 MOST: Final = 30_000_000

@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted, listed
 from fuzzyctl.model.controller import Signal
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.support.shipped import read_source
+from fuzzyctl.support.files import read_source
 
 #: The functions of a plant, with their arguments.
 _FORMS: Final = {"derivative": ("t", "x", "u"), "output": ("t", "x")}

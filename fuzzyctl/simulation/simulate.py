@@ -32,7 +32,7 @@ Solver = Literal["RK4", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
 SOLVERS: Final = get_args(Solver)
 #: Steps of integration up to which generated Python is done in a second.
 SHORT: Final = 20_000
-#: Part of the range that a state runs through up to which the error of integration is no warning.
+#: Part of the range that a state runs through up to which the error of integration is not a warning.
 ACCURATE: Final = 1e-3
 #: Tolerances of a step: a part of the state, and an absolute one.
 RELATIVE: Final = 1e-8

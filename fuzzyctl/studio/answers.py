@@ -33,7 +33,7 @@ from fuzzyctl.page.blocks import plain_loop_data, refused_loop_data
 from fuzzyctl.page.document import Section, live_document, page_facts, page_script, page_title, unit_section
 from fuzzyctl.page.document import document as page_of
 from fuzzyctl.page.systems import proofs, verdict_row
-from fuzzyctl.support.shipped import MAX_BYTES
+from fuzzyctl.support.files import MAX_BYTES
 
 
 def units(text: str, offset: int) -> int:

@@ -17,7 +17,7 @@ from typing import Any, Final
 from urllib.parse import quote, unquote
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.support.shipped import is_below, is_special, read_source
+from fuzzyctl.support.files import is_below, is_special, read_source
 
 #: Only this machine reaches it.
 ADDRESS: Final = "127.0.0.1"

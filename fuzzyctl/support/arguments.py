@@ -70,7 +70,7 @@ def items(name: str, due: str, given: object) -> tuple[Any, ...]:
 
 
 def items_of(name: str, kinds: tuple[type, ...], due: str, given: object) -> tuple[Any, ...]:
-    """Return items of certain types; one of these types is no list, though it may be iterable."""
+    """Return items of certain types; one of these types is not a list, though it may be iterable."""
     if isinstance(given, kinds):
         raise wrong(name, due, given)
     result = items(name, due, given)

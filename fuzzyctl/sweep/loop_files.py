@@ -24,7 +24,7 @@ from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.block import Param
 from fuzzyctl.model.loop import Loop, Measure
 from fuzzyctl.simulation.loop_params import all_settable, short_names, within_ranges
-from fuzzyctl.support.shipped import files_in, place_of, read_source, recorded
+from fuzzyctl.support.files import files_in, place_of, read_source, recorded
 
 #: Key of the number by which a run draws its noise anew.
 SEED: Final = "noise.seed"

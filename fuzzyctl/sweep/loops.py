@@ -24,7 +24,7 @@ from fuzzyctl.simulation.loop_params import blocks_of, with_settings
 from fuzzyctl.simulation.members import can_be_free, members
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.signals import Noise, Table
-from fuzzyctl.support.shipped import place_of
+from fuzzyctl.support.files import place_of
 from fuzzyctl.sweep.loop_files import SEED, LoopFiles, LoopScenario, read_files, with_overrides
 
 

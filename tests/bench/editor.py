@@ -16,14 +16,17 @@ import random
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.editor import actions, completion, hover, lights, navigation, requests, session
-from fuzzyctl.editor.document import Document
+from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcException
+
+from fuzzyctl.editor import session
+from tests.golden.answers import OPTIONS, Case
 
 ROOT = Path(__file__).parents[2]
 LINES = 500
@@ -31,29 +34,40 @@ LINES = 500
 MOST_ANSWER, MOST_NAMES, MOST_LIGHTS = 20.0, 30.0, 300.0
 
 
-def renamed(document: Document, offset: int) -> Any:
-    """Return the changes that give the name at an offset another one; None where there is no name."""
-    found = navigation.symbol_at(document, offset)
-    return navigation.rename(document, offset, "renamed") if found is not None else None
+def renamed(case: Case, at: lsp.Position) -> Any:
+    """Return the changes that give the name at a position another one; None without a name."""
+    with suppress(JsonRpcException):
+        return case.ask("textDocument/rename", lsp.RenameParams(case.document, at, "renamed"))
 
 
-ANSWERS: dict[str, Callable[[Document, int], Any]] = {
-    "completion": completion.complete,
-    "hover": hover.hover,
-    "signature": completion.signature,
-    "definition": navigation.definition,
-    "references": navigation.references,
+def next_lines(at: lsp.Position) -> lsp.Range:
+    """Return the range of ten lines from a position on."""
+    return lsp.Range(at, lsp.Position(at.line + 9, 0))
+
+
+ANSWERS: dict[str, Callable[[Case, lsp.Position], Any]] = {
+    "completion": lambda c, at: c.ask("textDocument/completion", lsp.CompletionParams(c.document, at)),
+    "hover": lambda c, at: c.ask("textDocument/hover", lsp.HoverParams(c.document, at)),
+    "signature": lambda c, at: c.ask("textDocument/signatureHelp", lsp.SignatureHelpParams(c.document, at)),
+    "definition": lambda c, at: c.ask("textDocument/definition", lsp.DefinitionParams(c.document, at)),
+    "references": lambda c, at: c.ask(
+        "textDocument/references", lsp.ReferenceParams(lsp.ReferenceContext(True), c.document, at)
+    ),
     "rename": renamed,
-    "selections": navigation.selections,
-    "code actions": actions.actions,
-    "layout on type": lambda document, offset: actions.typed(document, offset, "\n"),
-    "semantic tokens": lambda document, _: list(requests.tokens(document)),
-    "inlay hints": lambda document, _: hover.hints(document),
-    "code lenses": lambda document, _: lights.lenses(document),
-    "outline": lambda document, _: navigation.outline(document),
-    "folds": lambda document, _: list(navigation.folds(document)),
-    "layout of a range": lambda document, offset: actions.laid_out(
-        document.source, document.source.line_of(offset), document.source.line_of(offset) + 9
+    "selections": lambda c, at: c.ask("textDocument/selectionRange", lsp.SelectionRangeParams(c.document, [at])),
+    "code actions": lambda c, at: c.ask(
+        "textDocument/codeAction", lsp.CodeActionParams(c.document, lsp.Range(at, at), lsp.CodeActionContext([]))
+    ),
+    "layout on type": lambda c, at: c.ask(
+        "textDocument/onTypeFormatting", lsp.DocumentOnTypeFormattingParams(c.document, at, "\n", OPTIONS)
+    ),
+    "semantic tokens": lambda c, _: c.ask("textDocument/semanticTokens/full", lsp.SemanticTokensParams(c.document)),
+    "inlay hints": lambda c, _: c.ask("textDocument/inlayHint", lsp.InlayHintParams(c.document, c.whole())),
+    "code lenses": lambda c, _: c.ask("textDocument/codeLens", lsp.CodeLensParams(c.document)),
+    "outline": lambda c, _: c.ask("textDocument/documentSymbol", lsp.DocumentSymbolParams(c.document)),
+    "folds": lambda c, _: c.ask("textDocument/foldingRange", lsp.FoldingRangeParams(c.document)),
+    "layout of a range": lambda c, at: c.ask(
+        "textDocument/rangeFormatting", lsp.DocumentRangeFormattingParams(c.document, next_lines(at), OPTIONS)
     ),
 }
 
@@ -74,36 +88,42 @@ def milliseconds(call: Callable[[], Any]) -> float:
     return 1e3 * (time.thread_time() - start)
 
 
+def place_of(text: str, offset: int) -> lsp.Position:
+    """Return an offset as a position of the protocol."""
+    return lsp.Position(text.count("\n", 0, offset), offset - text.rfind("\n", 0, offset) - 1)
+
+
 def answers(text: str, places: int) -> dict[str, list[float]]:
     """Return the times of each answer at random places of a text that has been checked."""
-    document = Document(SourceText("bench.fz", text))
+    case = Case(text)
+    document = case.now
     _ = document.tree, document.symbols, document.lines, document.mistakes
-    offsets = random.Random(1).choices(range(len(text)), k=places)
+    positions = [place_of(text, o) for o in random.Random(1).choices(range(len(text)), k=places)]
     found = {}
     for name, answer in ANSWERS.items():
-        answer(document, offsets[0])
-        found[name] = sorted(milliseconds(lambda a=answer, o=o: a(document, o)) for o in offsets)
+        answer(case, positions[0])
+        found[name] = sorted(milliseconds(lambda a=answer, at=at: a(case, at)) for at in positions)
     return found
 
 
 def typed(text: str, versions: int = 21) -> list[float]:
     """Return the times from a key to the diagnostics of names and syntax for versions of a text, ascending."""
-    documents = (Document(SourceText("bench.fz", f"{text}# {k}\n")) for k in range(versions))
+    documents = (Case(f"{text}# {k}\n").now for k in range(versions))
     return sorted(1e3 * session.BREATH + milliseconds(lambda d=d: d.mistakes) for d in documents)
 
 
 def checked(text: str) -> dict[str, float]:
     """Return the times of what answers need once for a text, after its names and syntax."""
-    document = Document(SourceText("bench.fz", text))
+    document = Case(text).now
     _ = document.mistakes
     return {name: milliseconds(lambda n=name: getattr(document, n)) for name in ("tree", "symbols")}
 
 
 def lit(path: Path) -> float:
     """Return the time from the last key to the lights of a file."""
-    document = Document(SourceText(str(path), path.read_text(encoding="utf-8")), path.parent)
+    document = Case(path.read_text(encoding="utf-8"), folder=path.parent).now
     rest = 1e3 * (session.REST + session.BREATH)
-    return rest + milliseconds(lambda: (document.mistakes, document.proved, lights.prove(document)))
+    return rest + milliseconds(lambda: (document.mistakes, document.proved, session.lights.prove(document)))
 
 
 def percentile(times: list[float], part: float) -> float:

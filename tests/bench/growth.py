@@ -94,12 +94,25 @@ def _costs(curve: list[tuple[int, str, int]]) -> list[tuple[int, float]]:
     return [(varied, round(cost(text, inputs), 1)) for varied, text, inputs in curve]
 
 
+#: Okabe and Ito's colours.
+COLORS = ("#0072B2", "#D55E00", "#009E73")
+STYLE = {
+    "axes.grid": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "figure.constrained_layout.use": True,
+    "grid.alpha": 0.3,
+    "svg.hashsalt": "fuzzyctl",
+}
+
+
 def draw(found: dict[str, dict[str, list[tuple[int, float]]]], target: Path) -> None:
     """Draw one panel for each study."""
-    from fuzzyctl.plot.style import COLORS, saved
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
 
-    with saved(target) as figure:
-        figure.set_size_inches(10.5, 4.0)
+    with mpl.rc_context(STYLE):
+        figure = Figure((10.5, 4.0))
         panels = figure.subplots(1, len(found))
         for ax, (study, curves) in zip(panels, found.items(), strict=True):
             for color, marker, (name, points) in zip(COLORS, "osd", curves.items(), strict=False):
@@ -116,6 +129,7 @@ def draw(found: dict[str, dict[str, list[tuple[int, float]]]], target: Path) -> 
             ax.yaxis.set_major_formatter("{x:g}")
             ax.legend(fontsize="small", frameon=False, loc="upper left")
         panels[0].set_ylabel("ns per evaluation")
+        figure.savefig(target, metadata={"Date": None})
 
 
 def main() -> None:

@@ -192,15 +192,12 @@ def _off(optimisation: Optimisation, run: Run, count: int) -> None:
 
 def robots(optimisation: Optimisation) -> dict[str, float]:
     """Return the ratio of the robots' loop."""
-    from dwmr.control.fuzzy_gains import Rules
-    from dwmr.scenario.file import find, read
-    from dwmr.simulation import simulate
+    from dwmr import Known, find, read, simulate
 
     def prepared() -> Run:
-        file = read(find("paper"))
-        own = simulate.prepare(file, "aifqsmc", Rules(file.scenario.rules, (), file.places))
-        simulate.run(own)
-        return lambda _: simulate.run(own)
+        file, known = read(find("paper")), Known(proved=True)
+        simulate(file, known=known)
+        return lambda _: simulate(file, known=known)
 
     with_it = prepared()
     with switched_off(optimisation):

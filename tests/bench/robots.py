@@ -24,18 +24,15 @@ def answer(counted: bool) -> None:
     njit = numba.njit
     if counted:
         numba.njit = lambda *function, _nrt=True, **options: njit(*function, **options)
-    from dwmr.control.fuzzy_gains import Rules
-    from dwmr.scenario.file import find, read
-    from dwmr.simulation import simulate
+    from dwmr import Known, find, read, simulate
 
     began = process_time()
-    file = read(find("paper"))
-    ready = simulate.prepare(file, "aifqsmc", Rules(file.scenario.rules, (), file.places))
-    simulate.run(ready)
+    file, known = read(find("paper")), Known(proved=True)
+    simulate(file, known=known)
     print(process_time() - began, flush=True)
     for _ in sys.stdin:
         began = process_time()
-        simulate.run(ready)
+        simulate(file, known=known)
         print(process_time() - began, flush=True)
 
 

@@ -16,11 +16,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dwmr.control.fuzzy_gains import Rules
+from dwmr import Known, find, read
 from dwmr.core.jit import COMPILED
 from dwmr.plant.disturbances import DISTURBANCE
 from dwmr.plant.robot import ROBOT
-from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
 from dwmr.simulation.periods import Periods
 
@@ -66,8 +65,11 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
 @pytest.fixture(scope="module")
 def simulation() -> simulate.Simulation:
     """The paper's scenario under AIFQSMC."""
-    file = read(find("paper"))
-    return simulate.prepare(file, "aifqsmc", Rules(file.scenario.rules, (), file.places))
+    prepared: list[simulate.Simulation] = []
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(simulate, "run", prepared.append)
+        simulate.simulate(read(find("paper")), "aifqsmc", known=Known(proved=True))
+    return prepared[0]
 
 
 def c_loop(library: ctypes.CDLL, simulation: simulate.Simulation) -> tuple[np.ndarray, np.ndarray, float]:

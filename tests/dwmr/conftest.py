@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from dwmr.cli.main import main
+from dwmr.simulation import simulate
 from tests.dwmr import scenarios
 
 
@@ -33,6 +34,27 @@ def measured() -> Callable[..., Any]:
 def measured_with_limits() -> Callable[..., Any]:
     """As `measured`, of the paper's run with the limits and the lag of drives."""
     return partial(scenarios.measured, "paper-with-limits")
+
+
+@pytest.fixture
+def recorded(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """A function (*trajectories) after which commands take these in place of runs, by the names of their laws.
+
+    Several of one law are taken one after the other, the last one again and again.
+    """
+
+    def take(*trajectories: Any) -> None:
+        runs: dict[str, list[Any]] = {}
+        for one in trajectories:
+            runs.setdefault(one.controller, []).append(one)
+
+        def next_of(simulation: Any, report: Any = None) -> Any:
+            waiting = runs[simulation.name]
+            return waiting.pop(0) if len(waiting) > 1 else waiting[0]
+
+        monkeypatch.setattr(simulate, "run", next_of)
+
+    return take
 
 
 @pytest.fixture

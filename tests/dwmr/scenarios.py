@@ -1,7 +1,9 @@
 """Scenarios of the tests: those of the paper, short runs, and mistakes."""
 
+import dataclasses
 from functools import cache
 
+import numpy as np
 import pytest
 
 from dwmr import Known, find, measure, read, simulate
@@ -57,6 +59,43 @@ def measured(name, law, *overrides):
     """Return the measures of a shipped scenario; equal calls share one run."""
     file, trajectory = shared(name, law, *overrides)
     return measure(trajectory, file.scenario)
+
+
+def by_hand(law="smc", samples=3, stop=None, **columns):
+    """Return samples of the paper's robots, zero but for the columns given.
+
+    Columns that the loop does not record are signals of the law.
+    """
+    _, run = shared("paper-with-limits", "smc", "run.horizon=0.01")
+    recorded = run.names[: run.values.shape[2]]
+    own = tuple(name for name in columns if name not in recorded)
+    values, law_values = np.zeros((samples, 3, len(recorded))), np.zeros((samples, 3, len(own)))
+    values[:, :, recorded.index("obstacle")] = -1
+    for name, column in columns.items():
+        (law_values[:, :, own.index(name)] if name in own else values[:, :, recorded.index(name)])[...] = column
+    signals = tuple(run.law_signals[0]._replace(name=name, unit="", doc="") for name in own)
+    return dataclasses.replace(
+        run, controller=law, t=0.005 * np.arange(samples), values=values, law_values=law_values, law_signals=signals,
+        stop=stop,
+    )  # fmt: skip
+
+
+def changed(run, **columns):
+    """Return a run with other values in some columns; a column may be a function of the old one."""
+    values, law_values = run.values.copy(), run.law_values.copy()
+    every = [values[:, :, k] for k in range(values.shape[2])] + [
+        law_values[:, :, k] for k in range(law_values.shape[2])
+    ]
+    for name, column in columns.items():
+        old = every[run.names.index(name)]
+        old[...] = column(old) if callable(column) else column
+    return dataclasses.replace(run, values=values, law_values=law_values)
+
+
+def in_frame(points, robot, x, y, theta):
+    """Return points, shape (n, 2), in the frame of a robot's wheel axis; its reference point is at x, y."""
+    ahead, left = (np.array([np.cos(turn), np.sin(turn)]) for turn in (theta, theta + 0.5 * np.pi))
+    return (points - (np.array([x, y]) - robot.d * ahead)) @ np.stack([ahead, left], axis=1)
 
 
 def edited_rules(folder, name, *replacements):

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from matplotlib.figure import Figure
 
 from dwmr.cli.main import main
 from dwmr.core import jit
-from dwmr.output import data
 from dwmr.simulation import simulate
 from tests.dwmr.process import LONG, dwmr, here
 from tests.dwmr.scenarios import PAPER, edited, edited_rules
@@ -76,12 +76,14 @@ class TestFolder:
         assert [p.name for p in tmp_path.iterdir()] == ["path.png"]
 
     def test_a_picture_that_cannot_be_drawn_costs_nothing_else(self, tmp_path, monkeypatch, capsys):
-        from dwmr import figures
+        draw = Figure.savefig
 
-        def fail(target, trajectories, scenario):
-            raise np.linalg.LinAlgError("Singular matrix")
+        def fail(figure, path, **options):
+            if path.name == "path.png":
+                raise np.linalg.LinAlgError("Singular matrix")
+            draw(figure, path, **options)
 
-        monkeypatch.setattr(figures, "draw_path", fail)
+        monkeypatch.setattr(Figure, "savefig", fail)
         with pytest.raises(SystemExit) as stop:
             main(["run", "paper", "--set", "run.horizon=0.1", "-o", str(tmp_path)])
         assert stop.value.code == 0
@@ -165,13 +167,13 @@ def test_a_damaged_cache_is_compiled_anew(tmp_path, monkeypatch, suffix, length)
 class TestInterruption:
     @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
     def test_while_files_are_written_waits(self, tmp_path, monkeypatch, number):
-        write = data.write_trajectories
+        write = np.savez
 
-        def interrupted(*arguments):
+        def interrupted(*arguments, **arrays):
             os.kill(os.getpid(), number)
-            write(*arguments)
+            write(*arguments, **arrays)
 
-        monkeypatch.setattr(data, "write_trajectories", interrupted)
+        monkeypatch.setattr(np, "savez", interrupted)
         with pytest.raises(SystemExit) as stop:
             main(["run", "paper", "--set", "run.horizon=0.1", "-o", str(tmp_path)])
         assert stop.value.code == 130

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl.model.profiles import OVER_SETS, PROFILES, Defuzzifier, Method, Semantics
+from fuzzyctl import Defuzzifier, Method, Semantics
+from fuzzyctl.model.profiles import OVER_SETS, PROFILES
 from fuzzyctl.testing import check_text
 
 KNOBS = tuple(field.name for field in dataclasses.fields(Semantics) if field.name not in ("profile", "span"))

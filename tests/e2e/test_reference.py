@@ -14,8 +14,8 @@ from lsprotocol import types as lsp
 from pydantic import BaseModel
 
 import fuzzyctl
+from dwmr import find, read
 from dwmr.cli.main import main as dwmr_commands
-from dwmr.scenario.file import find, read
 from fuzzyctl import build
 from fuzzyctl.testing import check_text, run_command
 from tests import shipped

@@ -11,16 +11,9 @@ import atheris
 with atheris.instrument_imports(include=["fuzzyctl"]):
     from fuzz_language import one
 
-    from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-    from fuzzyctl.support.shipped import decode
-
 
 def try_one(data):
-    try:
-        text = decode(data, "fuzz").text
-    except DiagnosticError:
-        return
-    one(text)
+    one(data.decode("latin-1"))
 
 
 if __name__ == "__main__":

@@ -17,10 +17,8 @@ from pathlib import Path
 from mutating import mutated
 
 from fuzzyctl import dumps, loads
-from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formulas import HEDGES, MEMBERSHIP
-from fuzzyctl.lang.formatter import format_source
-from fuzzyctl.testing import check_text
+from fuzzyctl.testing import check_text, run_command
 
 RULES = Path(__file__).parents[2] / "rules"
 GOLDEN = Path(__file__).parents[1] / "golden"
@@ -62,7 +60,7 @@ def one(text):
     """Check a text, print what is printed, and format it; returns whether it has no error."""
     blocks, diagnostics = check_text(text, "fuzz")
     "".join(map(str, diagnostics))
-    format_source(SourceText("fuzz", text))
+    run_command("fmt", "-", stdin=text)
     if any(d.severity == "error" for d in diagnostics):
         return False
     assert blocks or diagnostics, "neither a block nor a diagnostic"

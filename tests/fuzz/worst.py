@@ -27,7 +27,7 @@ PROGRAM = """
 import resource, sys, time
 resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[1]),) * 2)
 resource.setrlimit(resource.RLIMIT_AS, (4 << 30,) * 2)
-from fuzzyctl.analysis import work as clock
+from fuzzyctl.analysis.work import clock
 from fuzzyctl.cli.main import main
 clock.now = time.process_time
 sys.argv = ["fuzzyctl", *sys.argv[2:]]

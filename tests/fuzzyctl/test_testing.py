@@ -1,7 +1,10 @@
+import dataclasses
+import math
+
 import pytest
 
-from fuzzyctl import Block
-from fuzzyctl.testing import check_text, run_command
+from fuzzyctl import ArgumentError, Block
+from fuzzyctl.testing import CommandResult, check_text, run_command
 
 
 def test_a_text_is_checked_with_its_name_and_folder(base, tmp_path):
@@ -15,6 +18,9 @@ def test_a_text_is_checked_with_its_name_and_folder(base, tmp_path):
     (tmp_path / "cells.csv").write_text(",N,P\nN,N,Z\nZ,N,P\nP,Z,P\n", encoding="utf-8")
     assert check_text(table)[0] == ()
     assert check_text(table, folder=tmp_path)[1] == []
+    assert check_text(table, folder=str(tmp_path))[1] == []
+    with pytest.raises(ArgumentError, match="expected a text"):
+        check_text(base.encode())
 
 
 def test_a_claim_is_refuted_unless_told_otherwise(base):
@@ -41,3 +47,18 @@ def test_an_exception_of_a_command_is_raised(monkeypatch):
     monkeypatch.setattr("click.echo", broken)
     with pytest.raises(ZeroDivisionError):
         run_command("explain", "FZ203")
+
+
+def test_results_behave_as_dataclasses_of_the_standard_library():
+    """As all frozen dataclasses of the package, whose methods are shared."""
+    fields = [("exit_code", int), ("output", str), ("errors", str)]
+    standard = dataclasses.make_dataclass("CommandResult", fields, frozen=True)
+
+    def behaviour(kind):
+        a, b, c, d = kind(0, "a", ""), kind(0, "a", ""), kind(0, "a", "c"), kind(math.nan, "a", "")
+        seen = [a == b, a == c, a == (0, "a", ""), d == d, repr(a), hash(a), len({a, b, c})]
+        with pytest.raises(dataclasses.FrozenInstanceError) as refused:
+            a.output = "b"
+        return [*seen, str(refused.value)]
+
+    assert behaviour(CommandResult) == behaviour(standard)

@@ -183,7 +183,7 @@ def test_no_line_is_read_after_too_many_mistakes(name, monkeypatch):
 )
 def test_bounds_end_in_time_where_operations_are_not_counted(name, size, monkeypatch):
     used = itertools.count(step=0.5)  # each look at the clock is half a second
-    monkeypatch.setattr("fuzzyctl.analysis.work.used", lambda: next(used))
+    monkeypatch.setattr("fuzzyctl.analysis.work.clock.used", lambda: next(used))
     result = run_command("prove", "--bounds", "-", stdin=text_of(name, size))
     assert result.exit_code == 0
     assert "the time is spent" in result.output

@@ -181,7 +181,7 @@ def typed(case, at):
 def prove(case):
     """Prove the guarantees; each look at the clock takes a millisecond, whatever else the machine does."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fuzzyctl.analysis.work.now", itertools.count(step=0.001).__next__)
+        patch.setattr("fuzzyctl.analysis.work.clock.now", itertools.count(step=0.001).__next__)
         lights.prove(case.now)
 
 
@@ -252,6 +252,12 @@ def lenses(case):
         name = lens.command.command.removeprefix("fuzzyctl.")
         lines.append(f"{lens.range.start.line + 1} {lens.command.title} → {name} {block} {point or ''}".rstrip())
     return lines
+
+
+def formatted(text):
+    """Return a text after the layout of an editor, which lays out broken texts, too."""
+    case = Case(text)
+    return case.after(case.ask("textDocument/formatting", lsp.DocumentFormattingParams(case.document, OPTIONS)))
 
 
 def formatting(case):

@@ -11,12 +11,27 @@ from dataclasses import dataclass
 from itertools import pairwise
 from random import Random
 
-from fuzzyctl import FuzzySystem
+from fuzzyctl import (
+    Activation,
+    And,
+    Antecedent,
+    Consequent,
+    Defuzzifier,
+    FuzzySystem,
+    Hold,
+    Input,
+    Is,
+    Membership,
+    Method,
+    Not,
+    Or,
+    Output,
+    Rule,
+    RuleBlock,
+    Term,
+)
 from fuzzyctl.expr import Binary, Call, Expr, Name, Number
-from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.profiles import PROFILES
-from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule, RuleBlock
-from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 
 STRAIGHT = ("triangle", "trapezoid", "rectangle", "ramp", "piecewise")
 CURVED = tuple(

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from fuzzyctl import FuzzySystem
-from fuzzyctl.model.rule import And, Antecedent, Is, Or, Rule
-from fuzzyctl.model.variable import LinguisticVariable, Term
+from fuzzyctl import And, Antecedent, FuzzySystem, Is, LinguisticVariable, Or, Rule, Term
 
 #: Kinds with the positions of their parameters in the order of the file.
 KINDS: dict[str, tuple[str, tuple[int, ...] | None]] = {

@@ -4,11 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from fuzzyctl import FuzzySystem
+from fuzzyctl import (
+    Activation,
+    And,
+    Antecedent,
+    Defuzzifier,
+    FuzzySystem,
+    Hold,
+    Input,
+    Is,
+    Method,
+    Or,
+    Output,
+    Rule,
+    RuleBlock,
+    Term,
+)
 from fuzzyctl.expr import Expr, to_text
-from fuzzyctl.model.method import Activation, Defuzzifier, Method
-from fuzzyctl.model.rule import And, Antecedent, Is, Or, Rule, RuleBlock
-from fuzzyctl.model.variable import Hold, Input, Output, Term
 
 KINDS = {
     "triangle": "Triangle",

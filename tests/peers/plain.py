@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from fuzzyctl import FuzzySystem
+from fuzzyctl import And, Antecedent, FuzzySystem, Is, LinguisticVariable, Not, Or
 from fuzzyctl.expr import to_text
-from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or
-from fuzzyctl.model.variable import LinguisticVariable
 
 
 def text(system: FuzzySystem) -> str:

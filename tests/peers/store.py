@@ -19,10 +19,10 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import numpy as np
 
 from fuzzyctl import FuzzySystem, dumps
-from fuzzyctl.model.rule import literals
 from tests.peers.catalogue import PEERS, Peer
 from tests.peers.comparing import AGREEMENT, SKIPPED, Case, differences, evaluated, outputs_of_peer, widths_of
 from tests.peers.run import drawn
+from tests.reference.interpreter import literals
 
 VECTORS = Path(__file__).parent / "vectors"
 #: Points of each stored system.

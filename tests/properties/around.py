@@ -4,6 +4,16 @@ import math
 
 import numpy as np
 
+from fuzzyctl.expr import Number
+
+
+def corners_of(variable):
+    """Return the ends of the range of an input, and the parameters of its terms that lie in it."""
+    lower, upper = variable.lower.value, variable.upper.value
+    numbers = {a.value for term in variable.terms for a in term.membership.arguments if isinstance(a, Number)}
+    inside = math.isfinite if variable.extrapolate else lambda x: lower <= x <= upper
+    return sorted({lower, upper} | {x for x in numbers if inside(x)})
+
 
 def points_around(knots, seed, count=90):
     """Return points with a column for the corners of each input."""

@@ -4,13 +4,28 @@ import math
 
 import hypothesis.strategies as st
 
-from fuzzyctl import FuzzySystem
+from fuzzyctl import (
+    Activation,
+    And,
+    Consequent,
+    Defuzzifier,
+    FuzzySystem,
+    Hedge,
+    Hold,
+    Input,
+    Is,
+    Membership,
+    Method,
+    Not,
+    Or,
+    Output,
+    Rule,
+    RuleBlock,
+    Semantics,
+    Term,
+)
 from fuzzyctl.expr import Binary, Call, Name, Number
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, HEDGES, MEMBERSHIP, inverse_hedge
-from fuzzyctl.model.block import Hedge
-from fuzzyctl.model.method import MAXIMA, TSUKAMOTO, Activation, Defuzzifier, Method, Semantics
-from fuzzyctl.model.rule import And, Consequent, Is, Not, Or, Rule, RuleBlock
-from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 
 #: Names of two inputs, three outputs, three terms and a hedge.
 NAMES = ("x", "y", "u", "v", "w", "a", "b", "c", "soft")
@@ -105,6 +120,8 @@ def antecedents(draw, variables, hedges=(), depth=2):
     return And(operands=operands) if shape == "and" else Or(operands=operands)
 
 
+MAXIMA = ("som", "lom", "mom")
+TSUKAMOTO = ("tsukamoto", "tsukamoto_sum", "inverse_tsukamoto", "inverse_tsukamoto_sum")
 OVER_RULES = ("weighted_average", "center_average", "weighted_sum", *TSUKAMOTO)
 OVER_SETS = ("centroid", "bisector", *MAXIMA)
 RULES = {

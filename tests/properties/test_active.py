@@ -9,17 +9,10 @@ from hypothesis import strategies as st
 
 from fuzzyctl import ArgumentError, NoRuleFiresError, loads, output_bounds
 from fuzzyctl import compile as compile_system
-from fuzzyctl.kernels.algorithms import rule_cells
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.plan.build import plan
 from tests.properties.around import points_around
 from tests.sizes import examples
-
-
-@pytest.fixture
-def large_tables(monkeypatch):
-    """Let tables be large."""
-    monkeypatch.setattr(rule_cells, "MOST_NUMBERS", 1 << 20)
 
 
 @st.composite
@@ -104,7 +97,6 @@ def agree(system, backend, points):
     return found
 
 
-@pytest.mark.usefixtures("large_tables")
 @settings(max_examples=examples(30), deadline=None, suppress_health_check=list(HealthCheck))
 @given(case=systems(), seed=st.integers(0, 1000))
 @pytest.mark.parametrize("backend", ["python", "numpy"])
@@ -122,7 +114,6 @@ def test_rules_that_act_are_all_rules(backend, case, seed):
         assert all(known <= bounds[output.name].hi)
 
 
-@pytest.mark.usefixtures("large_tables")
 @settings(max_examples=examples(5, 1), deadline=None, suppress_health_check=list(HealthCheck))
 @given(case=systems(otherwise=(" else -3", " else nan")), seed=st.integers(0, 1000))
 def test_compiled_too(case, seed):

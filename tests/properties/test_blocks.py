@@ -6,9 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fuzzyctl
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.testing import check_text
+from tests.layout import laid_out
 from tests.properties.running import quick
 from tests.properties.test_controllers import RULE, controllers
 
@@ -128,6 +127,6 @@ def test_a_text_with_wrong_words_is_read_whole_or_reported(text, random):
 @given(st.one_of(controllers(), plants(), loops()))
 @quick(50)
 def test_layout_changes_no_meaning_and_is_kept(text):
-    laid = format_source(SourceText("c.fz", text))
-    assert format_source(SourceText("c.fz", laid)) == laid
+    laid = laid_out(text)
+    assert laid_out(laid) == laid
     assert block_of(laid) == block_of(text)

@@ -15,10 +15,10 @@ from hypothesis import given, note
 
 from fuzzyctl import FuzzyctlError, loads
 from fuzzyctl import compile as compile_system
-from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.multilinear.surface import surface_of
 from fuzzyctl.kernels.plan.build import plan
+from tests.properties.around import corners_of
 from tests.properties.drawn_systems import KINDS
 from tests.properties.drawn_tables import systems as drawn_tables
 from tests.properties.running import quick, total
@@ -33,25 +33,23 @@ SECONDS = 0.02 if EVALUATIONS <= 10_000 else 0.3
 CORNERS, BATCH = max(2000, EVALUATIONS // 10), 100_000
 
 
-def beside(flat, position):
+def beside(variable):
     """Corners of the terms of an input, and the floating-point numbers beside them."""
-    variable = flat.inputs[position]
-    corners = breakpoints(variable, [d.set for d in flat.degrees if d.variable == position])
-    found = {x for c in corners for x in (math.nextafter(c, -math.inf), c, math.nextafter(c, math.inf))}
+    found = {x for c in corners_of(variable) for x in (math.nextafter(c, -math.inf), c, math.nextafter(c, math.inf))}
     if variable.extrapolate:
-        found |= {-math.inf, math.inf, variable.lower - 1e3, variable.upper + 1e3}
+        found |= {-math.inf, math.inf, variable.lower.value - 1e3, variable.upper.value + 1e3}
     # As floats compare, 0.0 and -0.0 are one; a negative odd power tells them apart.
     return sorted(found) + ([-0.0] if min(found) <= 0.0 <= max(found) else [])
 
 
-def batches(flat, rng):
+def batches(system, rng):
     """Yield points: all corners and neighbours, of very many a part, then random ones."""
-    axes = [beside(flat, i) for i in range(len(flat.inputs))]
+    axes = [beside(i) for i in system.inputs]
     if math.prod(map(len, axes)) <= CORNERS:
         yield np.array(list(itertools.product(*axes)))
     else:
         yield np.stack([rng.choice(axis, CORNERS) for axis in axes], axis=1)
-    lower, upper = (np.array([getattr(i, end) for i in flat.inputs]) for end in ("lower", "upper"))
+    lower, upper = np.array([system.range_of(i) for i in system.inputs]).T
     for start in range(0, EVALUATIONS, BATCH):
         count = min(BATCH, EVALUATIONS - start)
         points = rng.uniform(lower - 0.05 * (upper - lower), upper + 0.05 * (upper - lower), (count, len(lower)))
@@ -84,7 +82,7 @@ def check_bounds(system, seed):
         except FuzzyctlError:
             assert algorithm == "interpolation"
             continue
-        for points in batches(flat, rng):
+        for points in batches(system, rng):
             given_states = states(kernel, flat, len(points), rng)
             values = kernel.batch(points, *given_states) if not flat.held else kernel.batch(points)
             values = values.reshape(len(points), -1)

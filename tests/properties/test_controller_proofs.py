@@ -8,8 +8,6 @@ from hypothesis import strategies as st
 
 import fuzzyctl
 from fuzzyctl import Kernel, Proved, Refuted
-from fuzzyctl.analysis.claims import ALWAYS, Bound, Claim, Every, Some
-from fuzzyctl.analysis.induction.claims import NEXT, loosened
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.expr import Number
 from fuzzyctl.kernels.step_form import StepForm
@@ -123,7 +121,7 @@ class Attack:
         """Return the values of a step by name, shape (rows,) each, and the next states."""
         times = {} if self.times is None else {"dt": self.times}
         outputs, states = self.step.batch(inputs, self.states, **times)
-        names = (*self.step.output_names, *(NEXT + n for n in self.step.state_names))
+        names = (*self.step.output_names, *(f"next {n}" for n in self.step.state_names))
         outputs = outputs.reshape(len(states), -1)
         return dict(zip(names, (*outputs.T, *states.T), strict=True)), states
 
@@ -144,20 +142,30 @@ def seen_in(text, names):
     return {n: (float(np.nanmin(s)), float(np.nanmax(s))) for n, s in seen.items()}
 
 
-def margin_of(truth, values):
-    """Return by how much a claim holds for values by name, shape (rows,)."""
-    if isinstance(truth, Every | Some):
-        return (np.minimum if isinstance(truth, Every) else np.maximum).reduce(
-            [margin_of(p, values) for p in truth.parts]
-        )
+def margin_of(truth, values, room=0.0):
+    """Return by how much a claim holds for values by name, with some room at ends that belong to it, shape (rows,)."""
+    if hasattr(truth, "parts"):
+        joined = {"Every": np.minimum, "Some": np.maximum}[type(truth).__name__]
+        return joined.reduce([margin_of(p, values, room) for p in truth.parts])
     left, right = (e.value if isinstance(e, Number) else values[e.name] for e in (truth.left, truth.right))
-    return left - right + float(truth.tolerance)
+    return left - right + (float(truth.tolerance) if truth.strict else max(float(truth.tolerance), room))
 
 
-def margin_in_region(claim, values):
+def room_of(truth):
+    """Return what rounding may take from a range, by its largest number: 1e-9 of it."""
+    if hasattr(truth, "parts"):
+        return max(map(room_of, truth.parts), default=0.0)
+    return 1e-9 * max((abs(e.value) for e in (truth.left, truth.right) if isinstance(e, Number)), default=0.0)
+
+
+def margin_in_region(claim, values, room=0.0):
     """Return by how much a claim holds for values by name, infinite outside of its region, shape (rows,)."""
-    found = margin_of(claim.truth, values)
-    return found if claim.region == ALWAYS else np.where(margin_of(claim.region, values) >= 0, found, np.inf)
+    found = margin_of(claim.truth, values, room)
+    return (
+        found
+        if getattr(claim.region, "parts", None) == ()
+        else np.where(margin_of(claim.region, values) >= 0, found, np.inf)
+    )
 
 
 def require_sound(text, steps):
@@ -168,16 +176,13 @@ def require_sound(text, steps):
     prover.__dict__["_reached"] = {}
     claims = prover.claims
     verdicts = [prover.verdict(c) for c in claims.own]
-    proved = [
-        loosened(c) if "1e-9" in v.note else c
-        for c, v in zip(claims.own, verdicts, strict=True)
-        if isinstance(v, Proved)
-    ]
-    nothing = Claim("", Every((Bound(Number(0.0), Number(0.0), 0, False, Number(0.0)),)), ALWAYS)
+    proved = [c for c, v in zip(claims.own, verdicts, strict=True) if isinstance(v, Proved)]
+    notes = [v.note for v in verdicts if isinstance(v, Proved)]
+    rooms = [room_of(c.claim.truth) if "1e-9" in note else 0.0 for c, note in zip(proved, notes, strict=True)]
 
     def margins(values):
-        own = [c.claim for c in proved] or [nothing]
-        return np.stack([np.broadcast_to(margin_in_region(c, values), values["w"].shape) for c in own])
+        found = [margin_in_region(c.claim, values, room) for c, room in zip(proved, rooms, strict=True)]
+        return np.stack([np.broadcast_to(margin, values["w"].shape) for margin in found or [0.0]])
 
     attack = Attack(Kernel(StepForm(claims.equations), "numpy"), margins)
     for values in attack.run(steps):
@@ -202,7 +207,7 @@ def is_broken(claims, claim, verdict):
     state = [point.get(n, x) for n, x in zip(step.state_names, step.start(), strict=True)]
     outputs, after = step(*(point.get(n, 0.0) for n in step.input_names), state, **dt_of(step, point))
     values = dict(zip(step.output_names, np.atleast_1d(outputs), strict=True))
-    values |= {NEXT + n: x for n, x in zip(step.state_names, after, strict=True)}
+    values |= {f"next {n}": x for n, x in zip(step.state_names, after, strict=True)}
     margin = margin_of(claim.claim.truth, values)
     return margin <= 0 or np.isnan(margin)
 

@@ -10,12 +10,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from dwmr import find, read, simulate
 from dwmr.control.formation import follower_error, follower_position, trajectory_error
-from dwmr.control.fuzzy_gains import Rules
-from dwmr.results.metrics import errors
-from dwmr.scenario.file import find, read
-from dwmr.simulation import simulate
+from dwmr.core.geometry import wrap_array
 from tests import explanation
+from tests.dwmr.scenarios import KNOWN
 from tests.sizes import examples
 
 angles = st.floats(-3.1, 3.1)
@@ -58,7 +57,7 @@ def circle_run(folder, law, by, move):
     beside = turned(0.2, 8.3, by, move)
     scene = {"robots": robots, "obstacles": (type(PAPER.scenario.obstacles[0])(x=beside[0], y=beside[1], radius=0.5),)}
     file = dataclasses.replace(file, scenario=file.scenario.model_copy(update=scene))
-    return simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, (), file.places)))
+    return simulate(file, law, known=KNOWN)
 
 
 @pytest.fixture(scope="module")
@@ -126,14 +125,12 @@ class TestWrapping:
 
 
 PAPER = read(find("paper-with-limits"))
-RULES = Rules(PAPER.scenario.rules, (), PAPER.places)
-PREPARED = simulate.prepare(PAPER, "aifqsmc", RULES)
 
 
-def run(**changes):
-    """Run the paper's scenario under AIFQSMC with some of its sections replaced."""
-    scenario = PAPER.scenario.model_copy(update=changes)
-    return scenario, simulate.run(dataclasses.replace(PREPARED, scenario=scenario))
+def run(file, law="aifqsmc", **changes):
+    """Run a scenario with some of its sections replaced."""
+    changed = dataclasses.replace(file, scenario=file.scenario.model_copy(update=changes))
+    return simulate(changed, law, known=KNOWN)
 
 
 REFERENCES = {
@@ -148,15 +145,14 @@ REFERENCES = {
 
 
 @functools.cache
-def undisturbed(kind, law):
-    """Return a scenario file with nothing but friction to disturb it, and its run made ready."""
+def undisturbed(kind):
+    """Return a scenario file with nothing but friction to disturb it."""
     reference = ", ".join(f"{key} = {json.dumps(value)}" for key, value in REFERENCES[kind].items())
-    file = read(find("csv-path"), [f"reference={{{reference}}}", "obstacles=[]", "disturbances=[]",
+    return read(find("csv-path"), [f"reference={{{reference}}}", "obstacles=[]", "disturbances=[]",
                                    "load.mass_factor=1.0", "load.inertia_factor=1.0", "run.horizon=90.0"])  # fmt: skip
-    return file, simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places))
 
 
-def from_near(file, prepared, off):
+def from_near(file, law, off):
     """Run the formation from where it should be, all robots moved and turned by `off` [m, m, rad]."""
     at = file.shape.at(0.0)
     robots = {}
@@ -167,8 +163,7 @@ def from_near(file, prepared, off):
             x, y = follower_position(x, y, at.theta, d_i, robot.formation.separation, robot.formation.bearing)
         start = {"x_0": x + off[0], "y_0": y + off[1], "theta_0": at.theta + off[2]}
         robots[name] = robot.model_copy(update=start)
-    scenario = file.scenario.model_copy(update={"robots": robots})
-    return simulate.run(dataclasses.replace(prepared, scenario=scenario))
+    return run(file, law, robots=robots)
 
 
 def bands(file, trajectory, late, name):
@@ -204,7 +199,8 @@ class TestConvergence:
     def test_errors_vanish_without_disturbance_and_obstacles(self, x_0, y_0, theta_0):
         """60 s from any start near the path; friction stays, which the inner loop does not know of."""
         leader = PAPER.scenario.robots["leader"].model_copy(update={"x_0": x_0, "y_0": y_0, "theta_0": theta_0})
-        _, trajectory = run(
+        trajectory = run(
+            PAPER,
             run=PAPER.scenario.run.model_copy(update={"horizon": 60.0}),
             robots={**PAPER.scenario.robots, "leader": leader},
             obstacles=(),
@@ -218,12 +214,14 @@ class TestConvergence:
     @settings(max_examples=examples(4, 2), deadline=None)
     @given(st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-0.5, 0.5)))
     def test_errors_come_into_a_band_on_every_kind_of_reference(self, kind, off):
-        file, prepared = undisturbed(kind, "aifqsmc")
-        trajectory = from_near(file, prepared, off)
+        file = undisturbed(kind)
+        trajectory = from_near(file, "aifqsmc", off)
         late = trajectory.t > 70.0
         for name in trajectory.robots:
             x_band, surface_band = bands(file, trajectory, late, name)
-            x_e, y_e, theta_e = (errors(trajectory, name, "body")[one][late] for one in ("x_e", "y_e", "theta_e_star"))
+            i = trajectory.robots.index(name)
+            x_e, y_e = (trajectory[one][late, i] for one in ("x_e", "y_e"))
+            theta_e = wrap_array((trajectory["theta_r_star"] - trajectory["theta"])[late, i])
             gains = file.scenario.robots[name].controllers.aifqsmc
             assert x_band < 0.15
             assert surface_band < 0.12
@@ -235,8 +233,7 @@ class TestConvergence:
     @pytest.mark.parametrize("kind", REFERENCES)
     def test_errors_vanish_under_fcafsmc(self, kind):
         """Its gain is an integral of σ*, so that no friction keeps the errors from 0 where the reference is steady."""
-        file, prepared = undisturbed(kind, "fcafsmc")
-        trajectory = from_near(file, prepared, (0.3, -0.3, 0.2))
+        trajectory = from_near(undisturbed(kind), "fcafsmc", (0.3, -0.3, 0.2))
         steady = 1e-4 if kind in ("circle", "line") else 0.01
         late = trajectory.t > 80.0
         assert max(np.abs(trajectory[one][late]).max() for one in ("x_e", "y_e")) < steady
@@ -244,7 +241,7 @@ class TestConvergence:
     @pytest.mark.parametrize(("lag", "least", "most"), [(0.02, 0.03, 0.2), (0.001, 0.0, 0.005)])
     def test_a_gain_that_grew_too_far_swings_with_the_lag_of_the_drives(self, lag, least, most):
         """From 7 m beside a circle k̂_h grows tenfold and does not fall again inside the layer."""
-        file, prepared = undisturbed("circle", "aifqsmc")
+        file = undisturbed("circle")
         robots = {
             name: robot.model_copy(update={
                 "x_0": PAPER.scenario.robots[name].x_0, "y_0": PAPER.scenario.robots[name].y_0, "theta_0": 0.0,
@@ -252,8 +249,7 @@ class TestConvergence:
             })
             for name, robot in file.scenario.robots.items()
         }  # fmt: skip
-        scenario = file.scenario.model_copy(update={"robots": robots})
-        trajectory = simulate.run(dataclasses.replace(prepared, scenario=scenario))
+        trajectory = run(file, robots=robots)
         late = trajectory.t > 70.0
         assert trajectory["k_h_omega"][-1].min() > 1.0
         assert least <= np.abs(trajectory["x_e"][late, 1]).max() <= most

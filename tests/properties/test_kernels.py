@@ -10,17 +10,14 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, note
 
-from fuzzyctl import FuzzySystem, output_bounds
+from fuzzyctl import Consequent, FuzzySystem, Input, Is, Membership, Method, Output, Rule, Term, output_bounds
 from fuzzyctl import compile as compile_system
 from fuzzyctl.analysis.coverage.box_search import Hole
 from fuzzyctl.analysis.coverage.coverage import uncovered
-from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.expr import Number
-from fuzzyctl.kernels.plan.build import plan
-from fuzzyctl.model.method import Method
-from fuzzyctl.model.rule import Consequent, Is, Rule
-from fuzzyctl.model.variable import Input, Membership, Output, Term
-from tests.properties.drawn_systems import PLAIN_RANGES, linear_terms, plain_systems, points
+from fuzzyctl.testing import check_text
+from tests.properties.around import corners_of
+from tests.properties.drawn_systems import OVER_RULES, OVER_SETS, PLAIN_RANGES, linear_terms, plain_systems, points
 from tests.properties.running import evaluated, quick
 from tests.reference.formulas import corners
 from tests.reference.interpreter import Reference
@@ -36,6 +33,11 @@ def alike(a, b, tolerances):
     if isinstance(a, str) or isinstance(b, str):
         return a == b
     return all((math.isnan(x) and math.isnan(y)) or abs(x - y) <= t for x, y, t in zip(a, b, tolerances, strict=True))
+
+
+def test_all_defuzzifiers_are_drawn():
+    ((known,),) = (d.facts for d in check_text("system s\ndefuzzifier zzz\n")[1] if d.code == "FZ213")
+    assert set(known.removeprefix("one of: ").split(", ")) == {*OVER_SETS, *OVER_RULES}
 
 
 @quick(120)
@@ -136,13 +138,12 @@ def test_exact_bounds_are_attained_where_they_say(data):
 
 def critical_points(system):
     """Corners of the input terms with their neighbours among the floats, and points between."""
-    flat = plan(system)
     axes = []
-    for i, variable in enumerate(flat.inputs):
-        own = breakpoints(variable, [d.set for d in flat.degrees if d.variable == i])
+    for variable in system.inputs:
+        own, (lower, upper) = corners_of(variable), system.range_of(variable)
         between = [(a + b) / 2 for a, b in pairwise(own)]
         near = [math.nextafter(x, side) for x in own for side in (-math.inf, math.inf)]
-        axes.append(sorted({*own, *between, *(x for x in near if variable.lower <= x <= variable.upper)})[::2])
+        axes.append(sorted({*own, *between, *(x for x in near if lower <= x <= upper)})[::2])
     return list(product(*axes))[:400]
 
 

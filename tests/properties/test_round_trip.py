@@ -7,20 +7,16 @@ import unicodedata
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from fuzzyctl import check, dumps, loads
+from fuzzyctl import Cell, Guarantee, Hedge, Hold, Membership, Param, Rule, RuleBlock, RuleTable, check, dumps, loads
 from fuzzyctl import expr as ex
-from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formulas import HEDGES
-from fuzzyctl.lang.formatter import format_source
-from fuzzyctl.lang.syntax import RESERVED
-from fuzzyctl.model.block import Guarantee, Hedge, Param
-from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
-from fuzzyctl.model.variable import Hold, Membership
+from tests.layout import laid_out
 from tests.properties.drawn_systems import OVER_RULES, antecedents, systems
 from tests.properties.running import quick
 
 FUNCTIONS = st.floats(-5, 5).map(lambda x: Membership(kind="constant", arguments=(ex.Number(x + 0.0),)))
 CLAIMS = {"bounded", "decreasing", "increasing", "lipschitz", "total"}
+RESERVED = {"and", "or", "not", "then", "weight", "inf", "pi"}
 TAKEN = RESERVED | set(ex.FUNCTIONS) | CLAIMS | set(HEDGES) | {"hold", "midpoint", "nan", "error"}
 WORDS = [*keyword.kwlist, "input", "table", "x", "in", "σ", "é", "unit", "linear", "terms", "NB", "PB", "a1", "_"]
 NAMES = st.one_of(st.sampled_from(WORDS), st.from_regex(r"[A-Za-zσωéλ_][A-Za-z0-9_σ]{0,6}", fullmatch=True)).filter(
@@ -135,5 +131,5 @@ def test_what_is_printed_reads_back_as_the_same_system(system):
     assume(not any(d.severity == "error" and not d.code.startswith("FZ4") for d in check(system, guarantees=False)[1]))
     text = dumps(system)
     assert loads(text) == system
-    assert format_source(SourceText("t", text)) == text
+    assert laid_out(text) == text
     assert dumps(loads(text)) == text

@@ -8,15 +8,27 @@ from functools import reduce
 from itertools import chain
 from random import Random
 
+from fuzzyctl import And, Hold, Is, Not, Or, Output, RuleBlock, RuleTable
 from fuzzyctl.expr import evaluate, names_in
-from fuzzyctl.model.rule import And, Is, Not, Or, RuleBlock, literals, rules_of
-from fuzzyctl.model.variable import Hold, Output
 from tests.reference import samples
 from tests.reference.formulas import FLOAT, HEDGES, INVERSES, core_middle, corners, degree, inverse, norm
 from tests.reference.sets import Straight
 
 #: How much degrees and activations may be off by rounding.
 NOISE = 1e-13
+
+
+def literals(antecedent):
+    """Return every `input is term` of an antecedent."""
+    if isinstance(antecedent, Is):
+        return [antecedent]
+    parts = [antecedent.operand] if isinstance(antecedent, Not) else antecedent.operands
+    return [literal for part in parts for literal in literals(part)]
+
+
+def rules_of(part):
+    """Return the rules of a table, or the one rule."""
+    return part.rules() if isinstance(part, RuleTable) else [part]
 
 
 class NoRuleFiresError(Exception):

@@ -5,29 +5,26 @@ from functools import cache
 import numpy as np
 import pytest
 
-from dwmr.control.fuzzy_gains import Rules
-from dwmr.results.metrics import measure
-from dwmr.scenario.file import find, read, shipped_names
-from dwmr.simulation import simulate
+from dwmr import find, measure, read, simulate
+from tests.dwmr.paper import TABLE_13
 from tests.dwmr.process import here
-from tests.physics import needs_mujoco, shipped, shipped_of_equations
+from tests.dwmr.scenarios import KNOWN
+from tests.physics import needs_mujoco, shipped, shipped_names, shipped_of_equations
 
 CLOSE = ("aifqsmc", "fcafsmc")
+#: Table 13 of the paper: the leader of AIFQSMC in Gazebo, with nothing added.
+LEADER = TABLE_13["aifqsmc"]["leader"]
 
-#: Goto, Bertol, Martins, Table 13: the leader of AIFQSMC in Gazebo, with nothing added.
-TABLE_13 = {"x_e": 0.460, "y_e": 0.588, "theta_e": 0.221}
 
-
-def ready(name, law, *overrides):
+def run(name, law, *overrides):
     file = read(find(name), overrides)
-    return file, simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places))
+    trajectory = simulate(file, law, known=KNOWN)
+    return trajectory, measure(trajectory, file.scenario)
 
 
 @cache
 def whole(name, law):
-    file, simulation = ready(name, law)
-    trajectory = simulate.run(simulation)
-    return trajectory, measure(trajectory, file.scenario)
+    return run(name, law)
 
 
 def test_the_promised_ones_are_there():
@@ -47,7 +44,7 @@ def test_is_clean(name):
 @pytest.mark.parametrize("law", ["aifqsmc", "smc"])
 @pytest.mark.parametrize("name", shipped())
 def test_is_finite_and_deterministic(name, law):
-    first, second = (simulate.run(ready(name, law, "run.horizon=1")[1]) for _ in range(2))
+    first, second = (run(name, law, "run.horizon=1")[0] for _ in range(2))
     assert first.stop is None
     assert np.isfinite(first.values).all()
     assert np.array_equal(first.values, second.values)
@@ -73,16 +70,15 @@ def test_reaches_its_end_without_a_collision(name, law):
 @pytest.mark.parametrize("name", ["x_e", "y_e", "theta_e"])
 def test_undisturbed_is_within_a_tenth_of_table_13(name):
     _, result = whole("undisturbed", "aifqsmc")
-    assert result["rmse"]["leader"][name] == pytest.approx(TABLE_13[name], rel=0.10)
+    assert result["rmse"]["leader"][name] == pytest.approx(LEADER[name], rel=0.10)
 
 
 @needs_mujoco
 @pytest.mark.long
 def test_the_experiment_has_the_leader_of_table_13_within_15_percent_at_any_step():
     _, result = whole("experiment", "aifqsmc")
-    _, finer = ready("experiment", "aifqsmc", "run.substeps=8")
-    half = measure(simulate.run(finer), finer.scenario)["rmse"]
-    for name, printed in TABLE_13.items():
+    half = run("experiment", "aifqsmc", "run.substeps=8")[1]["rmse"]
+    for name, printed in LEADER.items():
         assert result["rmse"]["leader"][name] == pytest.approx(printed, rel=0.15)
         for robot, errors in result["rmse"].items():
             assert half[robot][name] == pytest.approx(errors[name], rel=0.02)

@@ -45,7 +45,7 @@ def _number(context: click.Context, parameter: click.Parameter, value: float | N
 @click.command(context_settings={"show_default": True})
 @click.argument("scenario")
 @run_options.output_option(
-    "path", "run.gif", "FILE", "Film to write: .gif, or .mp4 where ffmpeg is installed; .png: one moment."
+    "path", "run.gif", "FILE", "Film to write: .gif, or .mp4 if ffmpeg is installed; .png: one moment."
 )
 @run_options.controller_option
 @click.option(
@@ -56,9 +56,7 @@ def _number(context: click.Context, parameter: click.Parameter, value: float | N
     metavar="FACTOR",
     help="Seconds of the run in one second of film.",
 )
-@click.option(
-    "--fps", type=click.IntRange(1, 60), default=20, metavar="N", help="Pictures in a second of film, 1 to 60."
-)
+@click.option("--fps", type=click.IntRange(1, 60), default=20, metavar="N", help="Frames per second of film, 1 to 60.")
 @click.option(
     "--at",
     type=click.FloatRange(0.0),
@@ -70,10 +68,10 @@ def _number(context: click.Context, parameter: click.Parameter, value: float | N
 @click.option(
     "--view",
     type=click.Choice(["above", "scene"]),
-    show_default="scene where robots are rigid bodies",
+    show_default="scene if robots are rigid bodies",
     help="A drawing from above, or a scene rendered by MuJoCo.",
 )
-@click.option("--follow", metavar="ROBOT", help="Robot behind which the camera of a scene drives.")
+@click.option("--follow", metavar="ROBOT", help="Robot that the camera of a scene follows.")
 @run_options.rules_option
 @run_options.set_option
 def animate(
@@ -88,7 +86,7 @@ def animate(
     rules_folder: Path | None,
     overrides: tuple[str, ...],
 ) -> None:
-    """Show a run of SCENARIO, a shipped name or a TOML file, as moving pictures.
+    """Write a run of SCENARIO, a shipped name or a TOML file, as a film.
 
     It shows bodies with headings and trails, a cross at each reference position, and obstacles with the radius of
     avoidance.

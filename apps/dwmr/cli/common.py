@@ -12,7 +12,7 @@ import click
 
 from dwmr.scenario.file import SHIPPED, ScenarioFile, UnknownScenarioError, find, read
 from fuzzyctl.cli.common import show
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.experiments.scenario_keys import OverrideError
 
@@ -28,27 +28,14 @@ def read_scenario(scenario: str, overrides: Sequence[str]) -> ScenarioFile:
         raise click.UsageError(str(error)) from error
 
 
-def warn(diagnostics: Sequence[Diagnostic]) -> None:
-    """Print warnings on standard error."""
-    show(diagnostics)
-
-
 @contextmanager
 def mistakes_as_diagnostics(style: str) -> Iterator[None]:
     """Print diagnostics instead of a traceback and leave with status 1."""
     try:
         yield
     except DiagnosticError as error:
-        show_diagnostics(error.diagnostics, style)
+        show(error.diagnostics, style)
         sys.exit(1)
-
-
-def show_diagnostics(diagnostics: Sequence[Diagnostic], style: str) -> None:
-    """Print diagnostics: as JSON on standard output or as text on standard error."""
-    if style == "json":
-        write_json({"diagnostics": [d.as_dict() for d in diagnostics]})
-    else:
-        show(diagnostics)
 
 
 def refuse_present(paths: Iterable[Path], force: bool, rules: Path | None = None) -> None:
@@ -65,8 +52,3 @@ def refuse_present(paths: Iterable[Path], force: bool, rules: Path | None = None
             help_text = f"name another {other}, or replace it with --force"
             mistakes.append(Diagnostic("FZ005", f"{path} exists", help=help_text, file=str(path)))
         raise DiagnosticError(mistakes)
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text as UTF-8."""
-    path.write_text(text, encoding="utf-8")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import mistakes_as_diagnostics, write_text
+from dwmr.cli.common import mistakes_as_diagnostics
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import interrupts_wait, say, terminated_as_interrupted
 from fuzzyctl.experiments.result_files import results
@@ -93,7 +93,7 @@ def _draw(
                 move(k + 1)
         drawn = [f.number for f in wanted if f.number not in left_out]
         text = index_text(drawn, left_out, suffix, scenario)
-        files.write(INDEX, lambda path: write_text(path, text))
+        files.write_text(INDEX, text)
         with interrupts_wait():
             files.publish()
     run_options.say_stops(trajectories.values())

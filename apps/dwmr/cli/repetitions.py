@@ -219,8 +219,8 @@ def sweep(
 
     `scenario` is a file beside the SPEC, or a shipped name: 'dwmr show' lists these.
 
-    The folder receives results.csv or results.parquet with one row a run, sweep.json, which says where they come from,
-    and times.csv. A sweep that was interrupted or killed goes on with --resume.
+    The folder receives results.csv or results.parquet with one row per run, sweep.json, which says where they come
+    from, and times.csv. A sweep that was interrupted or killed goes on with --resume.
     """
     require_one(jobs, cluster)
     require_formats(formats)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import mistakes_as_diagnostics, write_text
+from dwmr.cli.common import mistakes_as_diagnostics
 from fuzzyctl.cli.progress import Begin, stages
 from fuzzyctl.cli.streams import interrupts_wait, outlive, say, terminated_as_interrupted, write_json
 from fuzzyctl.cli.sweeps import data_option, require_formats
@@ -177,7 +177,7 @@ def _write(
 
 @click.command(context_settings={"show_default": True})
 @click.argument("scenario")
-@run_options.output_option("path", "report.html", "FILE", "HTML page to write; one that exists is replaced.")
+@run_options.output_option("path", "report.html", "FILE", "HTML page to write; an existing one is replaced.")
 @run_options.controller_option
 @run_options.rules_option
 @run_options.set_option
@@ -207,7 +207,7 @@ def _report(task: run_options.Task, names: tuple[str, ...], path: Path) -> bool:
             summary = run_options.describe(task)
             summary["controllers"] = {t.controller: measure(t, task.file.scenario) for t in trajectories}
             text = page(summary, trajectories, task.file.scenario)
-            files.write(path.name, lambda part: write_text(part, text))
+            files.write_text(path.name, text)
             files.publish()
     run_options.say_stops(trajectories)
     say(f"wrote {path}: {len(text.encode()) / 1e6:.1f} MB")

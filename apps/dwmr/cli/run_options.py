@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from dwmr.cli.common import read_scenario, warn
+from dwmr.cli.common import read_scenario
 from dwmr.control import laws
+from fuzzyctl.cli.common import show
 from fuzzyctl.cli.progress import Begin, stages
 from fuzzyctl.cli.streams import say
 from fuzzyctl.experiments.result_files import versions
@@ -63,9 +64,9 @@ def output_option(name: str, default: str, kind: str, help: str) -> Callable[[Co
 
 def format_option(command: Command) -> Command:
     """Add --format to a command."""
-    return click.option(
-        "--format", "style", type=click.Choice(["text", "json"]), default="text", help="What to print."
-    )(command)
+    return click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="How to print.")(
+        command
+    )
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ def laws_of(task: Task, controller: str | None) -> tuple[str, ...]:
     """Return the names of the control laws that --controller asks for.
 
     Raises:
-        click.BadParameter: For a word that is no law, no group of laws, and no law beside the scenario; for one that is
+        click.BadParameter: For a word that is neither a law, a group, nor a law beside the scenario; for one that is
             there twice.
     """
     if controller is None:
@@ -150,7 +151,7 @@ def words_of(controller: str) -> tuple[str, ...]:
 
 
 def require_law(word: str, folder: Path, scenario: str) -> None:
-    """Refuse a word that is no law, no group of laws, and no law in the folder of a scenario."""
+    """Refuse a word that is neither a law, a group of laws, nor a law in the folder of a scenario."""
     if word in laws.GROUPS or laws.exists(word, folder):
         return
     words = ", ".join(repr(name) for name in (*laws.names(), *laws.GROUPS))
@@ -174,7 +175,7 @@ def check(task: Task, names: Sequence[str]) -> None:
     from dwmr.simulation import preflight
 
     preflight.check(task.file, names, task.rules)
-    warn([*task.file.warnings, *task.rules.warnings])
+    show([*task.file.warnings, *task.rules.warnings])
 
 
 def say_stops(trajectories: Iterable[Trajectory]) -> None:
@@ -247,7 +248,7 @@ def _run(one: Simulation, shown: _Shown) -> Trajectory:
 
     trajectory = simulate.run(one, partial(shown.report, f"simulating {one.name}", one.scenario.run.steps + 1))
     if trajectory.stop is not None and trajectory.stop.mistake is not None:
-        warn([trajectory.stop.mistake])
+        show([trajectory.stop.mistake])
     return trajectory
 
 

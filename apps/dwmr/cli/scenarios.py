@@ -12,15 +12,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import mistakes_as_diagnostics, refuse_present, show_diagnostics
+from dwmr.cli.common import mistakes_as_diagnostics, refuse_present
 from dwmr.control.rule_files import LAWS
 from dwmr.scenario.file import SHIPPED, UnknownScenarioError, read, shipped_names
+from fuzzyctl.cli.common import show as show_mistakes
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.result_files import finite
 from fuzzyctl.loading.assembly import files_read
-from fuzzyctl.support.shipped import first_sentence, rules_folder
+from fuzzyctl.support.files import first_sentence, rules_folder
 from fuzzyctl.support.writing import folder_for, write_together
 
 if TYPE_CHECKING:
@@ -221,7 +222,7 @@ def check(scenarios: tuple[str, ...], rules_folder: Path | None, overrides: tupl
         if style == "text" and summary:
             say(summary)
     if style == "json" or reported:
-        show_diagnostics(reported, style)
+        show_mistakes(reported, style)
     if any(d.severity == "error" for d in reported):
         sys.exit(1)
 

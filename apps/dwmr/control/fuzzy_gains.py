@@ -162,7 +162,7 @@ class Rules:
             name: Name of its file.
 
         Raises:
-            DiagnosticError: When the file has mistakes, or is no control law.
+            DiagnosticError: When the file has mistakes, or is not a control law.
         """
         path = self.files.law(name)
         if path not in self.known.laws:

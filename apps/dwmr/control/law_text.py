@@ -18,7 +18,7 @@ from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.loading.load import chosen, look_through
 from fuzzyctl.model.controller import Controller, Result
 from fuzzyctl.model.stateful_operators import OPERATORS
-from fuzzyctl.support.shipped import read_source
+from fuzzyctl.support.files import read_source
 
 if TYPE_CHECKING:
     from dwmr.core.arrays import FloatArray

@@ -13,7 +13,7 @@ from dwmr.config.quantities import Section
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.loading.assembly import files_read
-from fuzzyctl.support.shipped import is_special, rules_folder
+from fuzzyctl.support.files import is_special, rules_folder
 
 if TYPE_CHECKING:
     from fuzzyctl.experiments.scenario_keys import Places

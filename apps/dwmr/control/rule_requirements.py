@@ -103,7 +103,7 @@ class Channel(NamedTuple):
 def not_positive(
     asked: Channel, name: str, value: float, files: RuleFiles, place: tuple[Span | None, Path] | None = None
 ) -> Diagnostic:
-    """Describe a gain without which k̄_h − k_s sup f is no bound of G_AIS, at the place that gives it.
+    """Describe a gain without which k̄_h − k_s sup f is not a bound of G_AIS, at the place that gives it.
 
     Args:
         asked: Whose gain it is.

@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 try:
     import numba
 
-    from fuzzyctl.kernels.backends.numba.disk_cache import kept
+    from fuzzyctl.kernels.backends.numba.disk_cache import with_disk_cache
     from fuzzyctl.support.private_folders import cache_folder, is_private
 except ImportError:  # a platform without a wheel: about a hundred times slower, and `dwmr run` says so
     numba = None
@@ -104,7 +104,7 @@ def _jit(function: Function, *signatures: Any, checked: bool = False) -> Functio
     try:
         numba.config.CACHE_DIR = str(_cache_folder())
         if is_private(_cache_root(), *_cache_folder().relative_to(_cache_root()).parts):
-            kept(result)
+            with_disk_cache(result)
     except (RuntimeError, OSError):  # no home, or no folder for the cache: compile for this process only
         pass
     finally:

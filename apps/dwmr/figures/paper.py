@@ -301,7 +301,7 @@ def numbers(text: str) -> tuple[int, ...]:
     """Return the numbers of figures in a list such as "8,12" or "13-23".
 
     Raises:
-        ValueError: When it is no such list, or names a figure that has no counterpart.
+        ValueError: When it is not such a list, or names a figure that has no counterpart.
     """
     drawn = [figure.number for figure in FIGURES]
     chosen: set[int] = set()

@@ -108,20 +108,20 @@ def from_rows(law: Sequence[str], columns: Mapping[str, FloatArray], metadata: M
     Args:
         law: Control law of each row.
         columns: `t` and the signals, each of as many numbers as there are rows.
-        metadata: With `robots`, and `laws`, the names of signals by control law.
+        metadata: With `robots`, and `runs`, the names of signals by control law.
     """
     laws, count = np.array(law), len(metadata["robots"])
     runs = {}
-    for name, signals in metadata["laws"].items():
+    for name, signals in metadata["runs"].items():
         mine = laws == name
         runs[name] = {TIME: columns[TIME][mine][::count]}
         runs[name] |= {s: columns[s][mine].reshape(-1, count) for s in signals if s != TIME}
-    return Data(runs, {k: v for k, v in metadata.items() if k != "laws"})
+    return Data(runs, {k: v for k, v in metadata.items() if k != "runs"})
 
 
 def described(data: Data) -> dict[str, Any]:
     """Return the metadata with the names of the signals of each law, which a table cannot tell from empty cells."""
-    return {**data.metadata, "laws": {law: list(run) for law, run in data.runs.items()}}
+    return {**data.metadata, "runs": {law: list(run) for law, run in data.runs.items()}}
 
 
 class UnreadableDataError(ValueError):
@@ -225,7 +225,7 @@ def _load_mat(path: Path) -> Data:
     except (io.matlab.MatReadError, NotImplementedError) as error:
         raise ValueError(str(error)) from error
     metadata = json.loads(str(variables["metadata"][0]))
-    runs = {law: _signals(variables[law][0, 0], names) for law, names in metadata.pop("laws").items()}
+    runs = {law: _signals(variables[law][0, 0], names) for law, names in metadata.pop("runs").items()}
     return Data(runs, metadata)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
@@ -233,16 +233,26 @@ def _drift(gain: Mapping[str, float] | None) -> tuple[str, str, str]:
 def _table(
     runs: Mapping[str, Any], heads: Sequence[str], cells: Callable[[str, Mapping[str, Any], str], Sequence[str]]
 ) -> Table:
-    """Return a table with a row for each law and robot; `cells` returns those of a law, its run and a robot."""
+    """Return a table of runs; `cells` returns those of a law, its run and a robot."""
+    rows = {law: {robot: cells(law, run, robot) for robot in run["rmse"]} for law, run in runs.items()}
+    return table_by_law(heads, rows)
+
+
+def table_by_law(heads: Iterable[str], rows: Mapping[str, Mapping[str, Sequence[str]]]) -> Table:
+    """Return a table with a row for each law and robot.
+
+    Args:
+        heads: Heads of the columns of numbers.
+        rows: Cells by law and robot.
+    """
     table = Table(header_style="bold dim", box=None, pad_edge=False, collapse_padding=True)
     table.add_column("\nlaw")
     table.add_column("\nrobot")
     for head in heads:
         table.add_column(head, justify="right", style="dim" if head.startswith("Table\n") else None)
-    for law, run in runs.items():
-        rows = len(run["rmse"])
-        for k, robot in enumerate(run["rmse"]):
-            table.add_row(_name(law, k, rows), escape(robot), *cells(law, run, robot), end_section=k == rows - 1)
+    for law, by_robot in rows.items():
+        for k, (robot, cells) in enumerate(by_robot.items()):
+            table.add_row(escape(_name(law, k, len(by_robot))), escape(robot), *cells)
     return table
 
 

@@ -27,7 +27,7 @@ VEHICLE = np.dtype(
     align=True,
 )
 
-#: Records of every robot if one of them is no differential drive, in the order of `Vehicles.record`.
+#: Records of every robot if one of them is not a differential drive, in the order of `Vehicles.record`.
 SIGNALS = (
     Signal("steering", "rad", "steering angle of a car"),
     Signal("v_y", "m/s", "velocity of an omnidirectional robot to its left"),

@@ -13,11 +13,11 @@ from dwmr.core.arrays import FloatArray
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.support.shipped import to_number
+from fuzzyctl.support.files import to_number
 
 #: A path file beyond this is refused before it is read [bytes].
 LARGEST_PATH = 4 << 20
-#: Mistakes of one file that are reported; a file with more of them is no path.
+#: Mistakes of one file that are reported; a file with more of them is not a path.
 MOST_MISTAKES = 20
 
 #: Times and places beyond this are mistakes [s, m].

@@ -8,7 +8,7 @@ from typing import Any
 from dwmr.scenario.file import find, read
 from dwmr.scenario.model import Robot, Scenario
 
-#: Duration of the runs behind Table 12 [s] (section 7); errors of a shorter run are no counterpart of it.
+#: Duration of the runs behind Table 12 [s] (section 7); errors of a shorter run have no counterpart there.
 TABLE_12_HORIZON = 200.0
 
 #: Goto, Bertol, Martins, Table 12: RMSE of x_e [m], y_e [m], theta_e [rad] with disturbances and obstacles.

@@ -109,7 +109,7 @@ class FormationCommands:
                     self._periods.memory.theta_star[i] = state[names.index(robot.formation.leader), 2]
 
 
-#: Quaternions whose length is farther from 1 are no orientations.
+#: Quaternions whose length is farther from 1 are not orientations.
 _LENGTH = 1e-3
 
 

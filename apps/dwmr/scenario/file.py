@@ -18,7 +18,7 @@ from dwmr.scenario.mistakes import diagnose, diagnose_unused
 from dwmr.scenario.model import COMMON, Robot, Scenario
 from dwmr.scenario.remarks import remarks, too_slow
 from dwmr.scenario.vehicle_limits import turning
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.experiments.scenario_keys import EXTENDS, KeyPath, OverrideError, Places, override, shorten
 from fuzzyctl.experiments.scenario_layers import (
     LARGEST_FILE,
@@ -81,17 +81,24 @@ class ScenarioFile:
         return self.places.texts()
 
 
-def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
-    """Read a scenario file.
+def read(path: str | Path, overrides: Iterable[str] = ()) -> ScenarioFile:
+    """Read a scenario.
 
     Args:
-        path: A TOML file.
+        path: A TOML file; a text may also be a shipped name.
         overrides: Arguments `key=value` with dotted keys that replace or add values.
 
     Raises:
+        UnknownScenarioError: For a text that is neither a shipped name nor a file.
         DiagnosticError: With every mistake in the file.
         OverrideError: When an override is malformed.
+        ArgumentError: For a path of another type, and for one text in place of overrides.
     """
+    if not isinstance(path, str | Path):
+        raise ArgumentError(f"expected the name or the path of a scenario, got {path!r:.80}")
+    if isinstance(overrides, str):
+        raise ArgumentError(f"'overrides' must be a list of texts key=value, got {overrides!r:.80}")
+    path = find(path) if isinstance(path, str) else path
     layers = read_layers(path, SCENARIOS)
     written: dict[str, str] = {}
     try:
@@ -126,7 +133,7 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
         mistakes += turning(scenario, shape, places)
     if mistakes:
         raise DiagnosticError(mistakes)
-    # values of each robot in an extending scenario or by --set are no slip of the table below
+    # values of each robot in an extending scenario or by --set are not mistakes of the table below
     table_keys = frozenset(leaves(_tables(layers[0].data, COMMON)))
     idle = [key for key in unused if key in table_keys and not places.given(COMMON, *key)]
     warned = without_effect(idle, scenario.robots, places)
@@ -185,7 +192,7 @@ def give(data: Mapping[str, Any], places: Places) -> dict[str, Any]:
     """Merge the [robot] table under every robot of [robots].
 
     Raises:
-        DiagnosticError: When [robot] is no table.
+        DiagnosticError: When [robot] is not a table.
     """
     rest = {k: v for k, v in data.items() if k != COMMON}
     common, robots = data.get(COMMON, {}), data.get("robots")

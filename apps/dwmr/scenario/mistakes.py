@@ -16,7 +16,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.scenario_keys import EXTENDS, Places
 from fuzzyctl.experiments.value_errors import BOUNDS, length, requirement, show
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.support.files import rules_folder
 
 #: Mistakes of the elements of one list that are reported; a list with more of them is another list.
 MOST_OF_A_LIST = 10

@@ -133,7 +133,7 @@ def _windows(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     changed = (scenario.load.mass_factor, scenario.load.inertia_factor) != (1.0, 1.0)
     for key, window in [*windows, *([("load", scenario.load)] if changed else [])]:
         _, span, argument = places.resolve(tuple(f"{key}.start".split(".")))
-        # windows taken over from another scenario are no slip of one that runs shorter
+        # windows taken over from another scenario are not mistakes of one that runs shorter
         if window.start > end and (argument or (span is not None and span.source is places.source)):
             message = f"{key}.start = {window.start:g} s comes after the end of the run at {end:g} s: it never acts"
             yield places.diagnostic("FZ904", f"{key}.start", message)

@@ -21,7 +21,7 @@ _NEAR = 0.05
 
 
 def others(scenario: Scenario) -> dict[str, Ackermann | Omnidirectional]:
-    """Return the vehicles that are no differential drive, by the names of their robots."""
+    """Return the vehicles without a differential drive, by the names of their robots."""
     return {
         name: robot.vehicle
         for name, robot in scenario.robots.items()

@@ -128,8 +128,6 @@ class MujocoPlant:
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        from dwmr.simulation.mujoco_plant import mjcf  # a library for XML, which no other plant needs
-
         self._mujoco: Any = import_module("mujoco")
         if self._mujoco.get_mju_user_warning() is None:  # it would write a file MUJOCO_LOG.TXT
             self._mujoco.set_mju_user_warning(_diverges)

@@ -26,8 +26,9 @@ from dwmr.simulation.loop import COLUMNS, SIGNALS
 from dwmr.simulation.mujoco_plant import MujocoPlant
 from dwmr.simulation.periods import Periods, Simulation
 from dwmr.simulation.preflight import check, settings_of
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.experiments.scenario_keys import Places
+from fuzzyctl.support import arguments
 
 
 class LawError(DiagnosticError):
@@ -363,7 +364,7 @@ def reason_of(fault: int, row: FloatArray, module: Any) -> str:
 
 
 def simulate(
-    file: ScenarioFile, controller: str = "", folders: Sequence[Path] = (), known: Known | None = None
+    file: ScenarioFile, controller: str = "", folders: Sequence[str | Path] = (), known: Known | None = None
 ) -> Trajectory:
     """Prove the rule files and the control law of a scenario, and run it.
 
@@ -374,9 +375,15 @@ def simulate(
         known: Proofs and compiled code to share with other runs.
 
     Raises:
-        DiagnosticError: For a mistake in a rule file or in the control law.
+        DiagnosticError: For an unknown control law, and a mistake in a rule file or in the law.
+        ArgumentError: For arguments of other types.
     """
+    if not isinstance(file, ScenarioFile):
+        raise ArgumentError(f"expected a scenario from dwmr.read, got {file!r:.80}")
+    if isinstance(folders, str | Path):
+        raise ArgumentError("'folders' must be a list of folders")
+    controller = arguments.instance("'controller'", str, "the name of a control law", controller)
     name = controller or file.scenario.run.controller
-    rules = Rules(file.scenario.rules, (*folders, *file.folders), file.places, known)
+    rules = Rules(file.scenario.rules, (*map(Path, folders), *file.folders), file.places, known)
     check(file, [name], rules)
     return run(prepare(file, name, rules))

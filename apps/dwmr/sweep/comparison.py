@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from dwmr.output.report import ABOUT_FILTER
+from dwmr.output.report import ABOUT_FILTER, table_by_law
 from dwmr.results.paper_tables import TABLES
 from dwmr.scenario import file
 from dwmr.scenario.file import ScenarioFile
@@ -229,26 +229,12 @@ def _print_ratios(out: Console, scenario: str, found: Sequence[Entry], number: i
 
 
 def _table(found: Sequence[Entry], heads: Mapping[str, str]) -> Table:
-    table = Table(header_style="bold dim", box=None, pad_edge=False, collapse_padding=True)
-    table.add_column("\nlaw")
-    table.add_column("\nrobot")
-    for head in heads.values():
-        table.add_column(head, justify="right")
-    for law in dict.fromkeys(one.controller for one in found):
-        robots = tuple(dict.fromkeys(one.robot for one in found if one.controller == law))
-        for k, robot in enumerate(robots):
-            cells = {one.measure: one for one in found if (one.controller, one.robot) == (law, robot)}
-            name = _name(law, k, len(robots))
-            table.add_row(
-                escape(name), escape(robot), *(_cell(cells[measure]) if measure in cells else "" for measure in heads)
-            )
-    return table
-
-
-def _name(law: str, row: int, rows: int) -> str:
-    """Return the name beside one of a law's rows, that of an ablation word by word down the rows."""
-    words = law.split("_") if "_without_" in law else [law]
-    return "\n".join(words[row:]) if row == rows - 1 else "".join(words[row : row + 1])
+    rows: dict[str, dict[str, list[str]]] = {}
+    for one in found:
+        cells = rows.setdefault(one.controller, {}).setdefault(one.robot, [""] * len(heads))
+        if one.measure in heads:
+            cells[list(heads).index(one.measure)] = _cell(one)
+    return table_by_law(heads.values(), rows)
 
 
 def _cell(one: Entry) -> str:

@@ -7,7 +7,6 @@ from typing import Protocol
 
 import numpy as np
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.branch_and_bound.boxed_system import surely_false, surely_true
 from fuzzyctl.analysis.branch_and_bound.queue import (
     FIRST,
@@ -22,6 +21,7 @@ from fuzzyctl.analysis.branch_and_bound.queue import (
 )
 from fuzzyctl.analysis.claims import Bound, Claim, Truth, bounds_in
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
+from fuzzyctl.analysis.work import clock
 from fuzzyctl.expr import Compare, Expr
 from fuzzyctl.kernels.interval.vector import Array, Enclosure, Mask
 

@@ -8,10 +8,10 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.analysis.sampling import with_signs
 from fuzzyctl.analysis.verdicts import Refuted, Undecided, Verdict, Witness
+from fuzzyctl.analysis.work import clock
 from fuzzyctl.kernels.interval.vector import Array, Mask
 
 #: A value this far beyond its bound is beyond it in exact arithmetic, too.

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.branch_and_bound.queue import FIRST, NEAR, TRIED, BoxProgress, Search, middles, signed_points
 from fuzzyctl.analysis.claims import Claim, Slope
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge
+from fuzzyctl.analysis.work import clock
 from fuzzyctl.kernels.interval.vector import Array
 
 

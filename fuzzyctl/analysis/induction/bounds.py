@@ -11,7 +11,6 @@ from typing import Final
 
 import numpy as np
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.bounds import SPENT, OutputBound
 from fuzzyctl.analysis.branch_and_bound.minimum import least
 from fuzzyctl.analysis.claims import ALWAYS, Bound, Claim, Every
@@ -19,7 +18,7 @@ from fuzzyctl.analysis.induction.claims import NEXT
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.analysis.induction.replay import Judge
 from fuzzyctl.analysis.induction.step_model import ABSORBED, FAR, BoxedStep
-from fuzzyctl.analysis.work import SECOND, Work
+from fuzzyctl.analysis.work import SECOND, Work, clock
 from fuzzyctl.diagnostics.suggestions import listed
 from fuzzyctl.expr import Name, Number
 from fuzzyctl.model.controller import Controller

@@ -118,7 +118,7 @@ class Claims:
         return Name(self._names.setdefault(expr, f"require#{len(self._names)}"))
 
     def _range(self, name: str, shown: str, bounds: Bounds, state: str = "") -> StepClaim:
-        """Return the claim that a value lies in a range; an infinite end is no limit."""
+        """Return the claim that a value lies in a range; an infinite end is not a limit."""
         text = f"{shown} in {range_text(bounds)}"
         ends = [Number(self.controller.number(e)) for e in (bounds.lower, bounds.upper)]
         sides = ((Name(name), ends[0], bounds.without_lower), (ends[1], Name(name), bounds.without_upper))

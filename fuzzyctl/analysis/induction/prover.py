@@ -10,7 +10,6 @@ from functools import cached_property, partial
 from itertools import product
 from typing import Final
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.bounds import SPENT
 from fuzzyctl.analysis.branch_and_bound.pointwise import decide, holds_in
 from fuzzyctl.analysis.claims import Claim, bounds_in
@@ -19,6 +18,7 @@ from fuzzyctl.analysis.induction.ranges import ends_of, ranges_of
 from fuzzyctl.analysis.induction.replay import Judge, Reached, Replay, Runs
 from fuzzyctl.analysis.induction.step_model import FAR, BoxedStep, Ends, StepModel
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Verdicts
+from fuzzyctl.analysis.work import clock
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Number
 from fuzzyctl.kernels.plan.equations import DT

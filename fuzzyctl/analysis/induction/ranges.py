@@ -17,9 +17,8 @@ from typing import Final
 
 import numpy as np
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.induction.step_model import ABSORBED, ANYTHING, Ends, StepModel, parted
-from fuzzyctl.analysis.work import SpentError
+from fuzzyctl.analysis.work import SpentError, clock
 from fuzzyctl.expr import Expr, Name, Number, names_in, walk
 from fuzzyctl.kernels.interval.narrowing import may_be_nan
 from fuzzyctl.kernels.interval.vector import Enclosure, constant

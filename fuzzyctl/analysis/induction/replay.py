@@ -9,11 +9,11 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Final
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.claims import Bound, Claim, Every, Some, Truth, bounds_in
 from fuzzyctl.analysis.induction.claims import NEXT, Claims, StepClaim
 from fuzzyctl.analysis.induction.step_model import FAR
 from fuzzyctl.analysis.verdicts import Witness
+from fuzzyctl.analysis.work import clock
 from fuzzyctl.expr import Expr, Name, Number
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.plan.equations import DT

@@ -11,13 +11,12 @@ from typing import Final
 
 import numpy as np
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.bounds import output_bounds
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System, grid_of_cells
 from fuzzyctl.analysis.claims import Bound, Truth, bounds_in
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.induction.claims import NEXT
-from fuzzyctl.analysis.work import SpentError
+from fuzzyctl.analysis.work import SpentError, clock
 from fuzzyctl.expr import (
     Binary,
     Call,

@@ -10,7 +10,6 @@ from typing import Final
 
 import numpy as np
 
-from fuzzyctl.analysis import work as clock
 from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
@@ -18,6 +17,7 @@ from fuzzyctl.analysis.reach.reach import ReachableSets, Step
 from fuzzyctl.analysis.reach.sets import Parallelotope, modes
 from fuzzyctl.analysis.reach.stability import Contraction, contraction
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
+from fuzzyctl.analysis.work import clock
 from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.kernels.plan.equations import Evaluation

@@ -194,7 +194,7 @@ class Ranges:
 
 
 def _around(item: Operation) -> Ends:
-    """Return two numbers between which a factor lies: quotients are no doubles."""
+    """Return two numbers between which a factor lies: quotients are not doubles."""
     near = float(item.factor)
     return (
         (near, near) if item.factor == near else (float(np.nextafter(near, -np.inf)), float(np.nextafter(near, np.inf)))

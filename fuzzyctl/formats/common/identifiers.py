@@ -36,8 +36,8 @@ def with_identifiers(
 
     Args:
         system: The system.
-        reserved: Words besides those of rule files that are no names.
-        of_variables: Further ones that are no names of variables.
+        reserved: Words besides those of rule files that are not names.
+        of_variables: Further ones that are not names of variables.
     """
     fields: dict[str, Any] = {"title": _plain(system.title), "citation": _plain(system.citation)}
     for field in ("inputs", "outputs"):
@@ -114,7 +114,7 @@ def identifier(name: str, taken: Iterable[str] = (), reserved: Collection[str] =
 
 
 def _spelt(name: str, reserved: Collection[str]) -> str:
-    """Return a name as an identifier that is no reserved word."""
+    """Return a name as an identifier that is not a reserved word."""
     text = unicodedata.normalize("NFC", name)
     if not _is_name(text):
         text = "_".join("".join(c if _is_name(f"_{c}") else " " for c in text).replace("_", " ").split()) or "unnamed"

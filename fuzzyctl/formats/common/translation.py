@@ -26,7 +26,7 @@ from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleBlock
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Hold, LinguisticVariable, Term
 from fuzzyctl.resolve import resolve
-from fuzzyctl.support.shipped import TOO_LARGE, to_number
+from fuzzyctl.support.files import TOO_LARGE, to_number
 
 Meaning = TypeVar("Meaning")
 

@@ -31,7 +31,7 @@ _STATEMENTS: Final = {
     "RULEBLOCK": ("RULE", "AND", "OR", "ACT", "ACCU", "ENABLED", "ACTIVATION"),
 }
 
-#: Words that are no hedges and no terms; the others end a rule without a semicolon only if they begin a line.
+#: Words that are neither hedges nor terms; the others end a rule without a semicolon only if they begin a line.
 _AFTER_TERM: Final = frozenset({"AND", "OR", "THEN", "WITH", "IF", "IS", "RULE", "END_RULEBLOCK", "END_FUNCTION_BLOCK"})
 _AFTER_RULE: Final = frozenset({"ACCU", "ACT", "ENABLED", "ACTIVATION"})
 

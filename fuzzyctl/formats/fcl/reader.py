@@ -241,7 +241,7 @@ class _Translator:
         return (norm, pairs[norm]) if word == "AND" else (pairs[norm], norm)
 
     def _warn_of_no_pair(self, joins: Collection[str], other: Setting, last: Setting) -> None:
-        """Warn that AND and OR are no pair, if that has an effect."""
+        """Warn that AND and OR are not a pair, if that has an effect."""
         from_last = self._dialect.name == "jfuzzylogic"
         if (other.keyword.text.lower() not in joins) if from_last else len(joins) < 2:
             return
@@ -255,7 +255,7 @@ class _Translator:
     def _rule(
         self, rule: sx.Rule, terms: Mapping[str, Sequence[str]], terms_of_outputs: Mapping[str, Sequence[str]]
     ) -> sx.Rule | None:
-        """Return a rule with the declared names; None if its weight is no number, which is reported."""
+        """Return a rule with the declared names; None if its weight is not a number, which is reported."""
         weight = rule.weight
         if weight is not None and weight is not ONE:
             weight = self._scope.constant(weight, "the weight")

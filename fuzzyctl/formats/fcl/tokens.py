@@ -14,7 +14,7 @@ from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Name, Negate, Number, sp
 from fuzzyctl.formats.common.infix import InfixParser, Operator
 from fuzzyctl.formats.common.report import ParseError
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.support.shipped import TOO_LARGE
+from fuzzyctl.support.files import TOO_LARGE
 
 #: A token, a comment or a run of one character without meaning. A number stops before `..`, a name may contain dots.
 _TOKEN: Final = re.compile(

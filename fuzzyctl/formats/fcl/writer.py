@@ -49,7 +49,7 @@ from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, is_joined_by
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output
 
-#: Words that are no names in FCL; jFuzzyLogic takes none of them for one in any place.
+#: Words that are not names in FCL; jFuzzyLogic takes none of them for one in any place.
 _RESERVED: Final = frozenset(
     {
         *("AND", "OR", "NOT", "IF", "THEN", "IS", "WITH", "RULE", "TERM", "RANGE", "METHOD", "ACCU", "ACT", "DEFAULT"),
@@ -342,7 +342,7 @@ class _Writer:
     # --- rules -----------------------------------------------------------------------------------------------------
 
     def _rule_block(self, part: BlockPart) -> Iterator[str]:
-        """Yield AND and OR, the one that rules use last, as jFuzzyLogic takes the last of two that are no pair."""
+        """Yield AND and OR, the one that rules use last, as jFuzzyLogic takes the last of two that are not a pair."""
         method = part.method
         connectives = [("OR", method.disjunction), ("AND", method.conjunction)]
         if not any(is_joined_by(And, rule.antecedent) for _, rule in part.rules):

@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.infix import Operator, SpanParser, tokens_of
 from fuzzyctl.formats.common.report import Findings, ParseError
-from fuzzyctl.support.shipped import TOO_LARGE
+from fuzzyctl.support.files import TOO_LARGE
 
 #: Closing quotes by their opening ones; word processors make the curly ones.
 _QUOTES: Final = {"'": "'", '"': '"', "\u2018": "\u2019", "\u201c": "\u201d"}

@@ -29,7 +29,7 @@ from fuzzyctl.expr import (
 from fuzzyctl.formats.common.infix import Operator, SpanParser, tokens_of
 from fuzzyctl.formats.common.report import ParseError, Reading
 from fuzzyctl.formats.common.words import first_words
-from fuzzyctl.support.shipped import TOO_LARGE
+from fuzzyctl.support.files import TOO_LARGE
 
 #: Limits of a formula: nesting of parentheses and signs, tokens, operands of a chain of `and` or `or`.
 _DEEPEST: Final = 50

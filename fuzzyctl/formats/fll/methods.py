@@ -88,7 +88,7 @@ ACTIVATION_WORDS: Final[dict[str, str]] = {
     "Threshold": "threshold",
 }
 
-#: Words of rules that are no names of variables and terms, besides those of rule files.
+#: Words of rules that are not names of variables and terms, besides those of rule files.
 RULE_WORDS: Final = frozenset({"if", "with"})
 
 #: Hedges, which have the same names here.

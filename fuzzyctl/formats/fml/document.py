@@ -20,7 +20,7 @@ from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.report import ParseError
 from fuzzyctl.formats.common.translation import Meaning, Translation
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.support.shipped import to_number
+from fuzzyctl.support.files import to_number
 
 #: Deepest nesting of elements.
 MAX_DEPTH: Final = 100

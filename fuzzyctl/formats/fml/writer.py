@@ -145,7 +145,7 @@ class _Writer:
         yield from self._functions(output, more) if kind == "tsk" else self._sets(output, _VARIABLES[kind], more)
 
     def _functions(self, output: Output, more: str) -> Iterator[str]:
-        # The range is no attribute of the standard, but readers ignore it, and no other place has it.
+        # The range is not an attribute of the standard, but readers ignore it, and no other place has it.
         yield self._head(output, "tsk", more)
         for term in output.terms:
             order, coefficients = "0", [0.0]

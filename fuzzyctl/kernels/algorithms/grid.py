@@ -224,7 +224,7 @@ class _Strengths:
 
 
 def _product(a: Tensor, b: Tensor) -> Tensor | None:
-    """Return a product; of two factors that change with the same input it is no straight line."""
+    """Return a product; of two factors that change with the same input it is not a straight line."""
     if set(a[0]) & set(b[0]):
         return None
     over = (*a[0], *b[0])

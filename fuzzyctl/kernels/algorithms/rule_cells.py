@@ -157,7 +157,7 @@ def active_of(plan: Plan, *, least_gain: float = LEAST_GAIN) -> Active | str:
 
 
 def _unsuited(plan: Plan) -> str:
-    """Return why outputs are no averages of constants and linear functions over rules that act as they are."""
+    """Return why outputs are not averages of constants and linear functions over rules that act as they are."""
     if not plan.degrees:
         return "no rule reads an input"
     if plan.states or plan.held:
@@ -196,7 +196,7 @@ def _read_by(output: OutputPlan) -> set[str]:
 
 
 def linear_parts(term: SetPlan) -> tuple[dict[str, float], float] | None:
-    """Return the factors, by input, and the constant of a consequent; None for one that is no bounded linear one."""
+    """Return the factors, by input, and the constant of a consequent; None for one that is not a bounded linear one."""
     if term.expression is None:
         return None if math.isinf(term.peak) else ({}, term.peak)
     if term.kind != "linear" or term.reach is None:
@@ -220,7 +220,7 @@ class _Rules:
     """The rules as combinations of terms.
 
     Attributes:
-        norm: Their norm, "min" or "product"; None if they are no conjunctions of all inputs by one of these.
+        norm: Their norm, "min" or "product"; None if they are not conjunctions of all inputs by one of these.
         terms: For each firing strength the term of each input that rules read, by position.
     """
 
@@ -234,7 +234,7 @@ class _Rules:
 
 
 def _combination(strength: Expr, degrees: dict[str, tuple[int, str]], norms: set[str]) -> dict[int, str] | None:
-    """Return the term of each input in a firing strength, None where it is no conjunction of different inputs."""
+    """Return the term of each input in a firing strength, None where it is not a conjunction of different inputs."""
     terms: dict[int, str] = {}
     left = [strength]
     while left:

@@ -29,7 +29,7 @@ def in_order(names: Sequence[str], arguments: tuple[Any, ...], named: Mapping[st
         named: The others; Python writes µ and some other letters in another form (NFKC).
 
     Raises:
-        UnknownNameError: For a name that is no input.
+        UnknownNameError: For a name that is not an input.
         ArgumentError: For an argument that is missing or given twice.
     """
     normal = [unicodedata.normalize("NFKC", name) for name in names]
@@ -166,7 +166,7 @@ def stacked(names: Sequence[str], columns: Sequence[Any]) -> FloatArray:
     """Return the values of each input, which broadcast, as points of shape (..., inputs).
 
     Raises:
-        ArgumentError: For values that are no real numbers or do not broadcast, and for Series with other row labels.
+        ArgumentError: For values that are not real numbers or do not broadcast, and for Series with other row labels.
     """
     import numpy as np
 
@@ -428,7 +428,7 @@ def states_along(
 
 
 def previous(values: FloatArray, first: float) -> FloatArray:
-    """Return for each of some values, shape (n,), the last one before it that is no NaN, or `first` where none is."""
+    """Return for each of some values, shape (n,), the last one before it that is not NaN, or `first` where none is."""
     import numpy as np
 
     latest = np.where(np.isnan(values), 0, np.arange(1, len(values) + 1))

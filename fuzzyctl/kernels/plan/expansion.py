@@ -100,7 +100,7 @@ class Scope:
     prefix: str
     names: dict[str, Expr]
     period: float | None
-    #: Params that are no numbers, since they are free or depend on free ones.
+    #: Params that are not numbers, since they are free or depend on free ones.
     symbolic: dict[str, Expr] = field(default_factory=dict)
     #: Those of them by the line that declares them: a line before the first block declares a param of all blocks.
     written: Mapping[Span, Expr] = field(default_factory=dict)

@@ -114,7 +114,7 @@ def misfitting_activation(system: FuzzySystem) -> Iterator[Diagnostic]:
 
 
 def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find antecedents that name a term of an output that is no fuzzy set."""
+    """Find antecedents that name a term of an output that is not a fuzzy set."""
     if system.method.semantics.chained == "degree":
         return  # how far a function has been activated is as good a degree as any
     if all(t.membership.kind in MEMBERSHIP for o in system.outputs for t in o.terms):
@@ -134,7 +134,7 @@ def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:
 
 
 def inputs_without_degree(system: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find linear consequents among the terms of inputs: sums over all inputs, which are no degrees."""
+    """Find linear consequents among the terms of inputs: sums over all inputs, which are not degrees."""
     for variable in system.inputs:
         for term in variable.terms:
             if term.membership.kind == "linear":
@@ -387,8 +387,8 @@ def _hedged(system: FuzzySystem) -> Iterator[Diagnostic]:
                         yield Diagnostic("FZ214", message, c.span)
 
 
-def kept(system: FuzzySystem, name: str) -> list[Diagnostic]:
-    """Return hints at the parts that a profile leaves otherwise than its tool.
+def profile_hints(system: FuzzySystem, name: str) -> list[Diagnostic]:
+    """Return hints about parts of a system that a profile does not compute as its tool does.
 
     These are hints at another version of the system's tool and at rule blocks that keep other norms, and
     warnings of rules that the tool leaves out. A system sets norms and a profile sets numerics, so blocks keep their

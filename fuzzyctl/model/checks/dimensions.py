@@ -147,7 +147,7 @@ def _ratio(first: str, second: str) -> Dimension | None:
 
 
 class _UnreadError(Exception):
-    """Raised for a text that is no unit."""
+    """Raised for a text that is not a unit."""
 
 
 #: The kind of a token, and its dimension.

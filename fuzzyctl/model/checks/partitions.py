@@ -20,7 +20,7 @@ _ROUNDING: Final = 1e-9
 _MOST_BAD: Final = 2
 #: Most terms of a line that a help writes out.
 _MOST_WRITTEN: Final = 12
-#: Sets of an input that overlap gaps, counted once for each gap; with more of them it is no partition.
+#: Sets of an input that overlap gaps, counted once for each gap; with more of them it is not a partition.
 _MOST_MET: Final = 20_000
 #: Where in a stretch a sum is looked at: two places tell a line, and the middle is shown.
 _LOOKS: Final = (0.5, 0.2)
@@ -33,7 +33,7 @@ class _Set:
     core: tuple[float, float]
 
     def degree(self, x: float) -> float:
-        """Return the degree of a value that is no corner."""
+        """Return the degree of a value that is not a corner."""
         if x < self.vertices[0][0]:
             return self.vertices[0][1]
         for (a, u), (b, v) in pairwise(self.vertices):

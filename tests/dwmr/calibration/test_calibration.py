@@ -8,14 +8,57 @@ import pytest
 
 from dwmr import find, read
 from dwmr.calibration import search
-from dwmr.calibration.parameters import PARAMETERS, USUAL, keys, overrides, present, scenario_text
-from dwmr.calibration.search import ENTRIES, UNSAFE, Outcome, Scorer, bar, cost, explore
+from dwmr.calibration.search import ENTRIES, UNSAFE, Found, Outcome, Scorer, bar, cost, explore
 from fuzzyctl.experiments import sweep_workers
 from tests.dwmr.process import interrupted_by_a_worker_that_starts
 
 PERFECT = dict.fromkeys(ENTRIES, 1.0)
 SHORT = 'extends = "paper"\nname = "short"\n\n[run]\nhorizon = 1.0\n'
 NAMES = ("constant_v", "sinusoid_v")
+#: All that can be fitted, with a key of the paper's scenario that has the value.
+KEYS = {
+    "sinusoid_v": "disturbances.0.v", "sinusoid_omega": "disturbances.0.omega",
+    "constant_v": "disturbances.1.v", "constant_omega": "disturbances.1.omega",
+    "half_width": "rules.fcafsmc.half_width", "frequency": "disturbances.0.angular_frequency",
+    "force": "disturbances.0.force", "torque": "disturbances.0.torque",
+    "v_limit": "robots.leader.actuator.v_limit", "omega_limit": "robots.leader.actuator.omega_limit",
+    "load": "load.mass_factor", "friction": "robots.leader.friction.coulomb_force",
+}  # fmt: skip
+ALL = ",".join(KEYS)
+
+
+def value_of(scenario, key):
+    """Return the value that a scenario has for a key."""
+    node = scenario
+    for part in key.split("."):
+        if isinstance(node, tuple):
+            node = node[int(part)]
+        else:
+            node = node[part] if isinstance(node, dict) else getattr(node, part)
+        node = {**node.params} if hasattr(node, "params") else node
+    return node
+
+
+@pytest.fixture
+def fitted(dwmr, monkeypatch):
+    """A function that lets `dwmr calibrate` find some values at once, and returns those that it began with."""
+
+    def calibrate(scenario, values, *options):
+        begun, outcome = [], Outcome(0.0, (1.0,) * len(ENTRIES))
+
+        def found_at_once(file, start, *others):
+            begun.append(start)
+            return Found(values or dict(start), outcome, start, outcome, (), 1, False)
+
+        monkeypatch.setattr(search, "search", found_at_once)
+        names = ",".join(values) if values else ALL
+        status, out, err = dwmr("calibrate", scenario, "--parameters", names, "--force", *options)
+        assert status == 0, err
+        return begun[0], out
+
+    return calibrate
+
+
 START = {"constant_v": 0.2, "sinusoid_v": 0.2}
 
 
@@ -47,21 +90,37 @@ class TestCost:
 
 
 class TestParameters:
-    def test_the_usual_ones_exist_and_the_paper_lies_within_all_bounds(self):
-        file = read(find("paper-with-limits"))
-        values = dict(zip(PARAMETERS, present(file.scenario, tuple(PARAMETERS), file.places), strict=True))
-        assert set(USUAL) <= set(values)
-        assert [n for n, v in values.items() if not PARAMETERS[n].low <= v <= PARAMETERS[n].high] == []
+    def test_the_paper_lies_within_all_bounds(self, fitted):
+        start, out = fitted("paper-with-limits", {})
+        assert list(start) == list(KEYS)
+        rows = {row[0]: row for row in map(str.split, out.splitlines()) if row and row[0] in KEYS}
+        scenario = read(find("paper-with-limits")).scenario
+        for name, value in start.items():
+            *_, low, high, before, _ = rows[name]
+            assert float(low) <= value <= float(high)
+            assert float(before) == pytest.approx(value, abs=0.0005)
+            assert value == value_of(scenario, KEYS[name])
 
-    @pytest.mark.parametrize("name", PARAMETERS)
-    def test_a_value_that_is_set_is_the_value_that_is_there(self, name):
-        file, value = read(find("paper")), 0.75 * PARAMETERS[name].high
-        changed = read(find("paper"), overrides(file.scenario, {name: value}, file.places))
-        assert present(changed.scenario, (name,), changed.places) == (value,)
+    def test_the_usual_ones_are_not_printed_in_the_paper(self, dwmr, monkeypatch):
+        names = []
+        monkeypatch.setattr(search, "search", lambda file, start, *others: names.append(tuple(start)))
+        with pytest.raises(AttributeError):  # there is no result to show
+            dwmr("calibrate", "paper")
+        assert names == [("sinusoid_v", "sinusoid_omega", "constant_v", "constant_omega", "frequency", "half_width")]
 
-    def test_an_amplitude_is_set_in_every_window_of_its_kind_and_in_no_other(self):
-        file = read(find("paper"))
-        assert keys(file.scenario, "constant_v", file.places) == ["disturbances.1.v", "disturbances.3.v"]
+    def test_values_that_are_set_are_those_that_are_there_and_the_rest_is_left(self, fitted, tmp_path):
+        usual, _ = fitted("paper", {})
+        values = {name: round(0.75 * abs(value) + 0.125, 6) for name, value in usual.items()}
+        fitted("paper", values, "-o", "found.toml")
+        found = read(tmp_path / "found.toml").scenario
+        for name, key in KEYS.items():
+            assert value_of(found, key) == values[name], name
+        assert [one.v for one in found.disturbances if one.kind == "constant"] == [values["constant_v"]] * 2
+        assert [one.v for one in found.disturbances if one.kind == "sinusoid"] == [values["sinusoid_v"]] * 2
+        assert fitted("found.toml", {})[0] == values
+        fitted("found.toml", usual, "-o", "back.toml")
+        back = read(tmp_path / "back.toml").scenario
+        assert back.model_copy(update={"name": "paper"}) == read(find("paper")).scenario
 
 
 def bowl(values):
@@ -119,24 +178,6 @@ class TestSearch:
             explored(never)
 
 
-class TestWriting:
-    def test_what_is_written_says_what_was_found_and_leaves_the_rest(self, tmp_path):
-        file, path = read(find("paper")), tmp_path / "found.toml"
-        values = {"constant_v": -0.125, "half_width": 0.45, "v_limit": 2.25, "load": 1.5}
-        path.write_text(scenario_text(file, values, path, "two\nlines"))
-        found = read(path)
-        assert present(found.scenario, tuple(values), found.places) == tuple(values.values())
-        back = read(
-            path,
-            overrides(
-                file.scenario,
-                dict(zip(values, present(file.scenario, tuple(values), file.places), strict=True)),
-                file.places,
-            ),
-        )
-        assert back.scenario.model_copy(update={"name": "paper"}) == file.scenario
-
-
 class TestCommand:
     @pytest.fixture(autouse=True)
     def short(self, tmp_path):
@@ -158,8 +199,8 @@ class TestCommand:
         found = json.loads(said[0])
         assert len(found["entries"]) == 27
         assert found["cost"]["value"] <= found["cost"]["before"]
-        values = present(read(tmp_path / "by1/found.toml").scenario, NAMES, None)
-        assert values == tuple(found["parameters"][n]["value"] for n in NAMES)
+        scenario = read(tmp_path / "by1/found.toml").scenario
+        assert [value_of(scenario, KEYS[n]) for n in NAMES] == [found["parameters"][n]["value"] for n in NAMES]
 
     @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs signal masks")
     @pytest.mark.long
@@ -176,6 +217,19 @@ class TestCommand:
         assert (status, err) == (0, "warning: run.horizon is not the paper's: Table 12 speaks of another run\n")
         assert "wrote calibrated.toml" in out
         assert out.count("follower2") == 9
+
+    def test_warns_of_what_the_paper_prints_and_not_of_what_may_be_fitted(self, dwmr, tmp_path, monkeypatch):
+        def interrupted(*_):
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr(search, "search", interrupted)
+        text = find("paper").read_text(encoding="utf-8").replace("mass = 120.0", "mass = 121.0")
+        windows = text.replace("stop = 20.0", "stop = 21.0", 1).replace("d = 0.1 ", "d = 0.2 ", 1)
+        for name, changed, keys in (("fitted", text, ""), ("other", windows, "disturbances, robots.leader.d are")):
+            (tmp_path / f"{name}.toml").write_text(changed, encoding="utf-8")
+            status, _, err = dwmr("calibrate", f"{name}.toml")
+            warning = f"warning: {keys} not the paper's: Table 12 speaks of another run\n" if keys else ""
+            assert (status, err) == (130, f"{warning}interrupted\n")
 
     @pytest.mark.parametrize(
         ("arguments", "status", "says"),

@@ -1,6 +1,6 @@
 """`dwmr run`, and mistakes in the options that all commands share."""
 
-import io
+import dataclasses
 import json
 import re
 import subprocess
@@ -8,11 +8,10 @@ import sys
 
 import numpy as np
 import pytest
-from rich.console import Console
 
-from dwmr.cli.main import COMMANDS, main
-from dwmr.output.report import print_report
+from dwmr.cli.main import main
 from tests.commands import commands_of
+from tests.dwmr.paper import NAMES, TABLE_12
 from tests.dwmr.process import LONG, here, in_short
 from tests.dwmr.scenarios import DIVERGES, PAPER, ROBOTS, edited, edited_rules
 
@@ -38,7 +37,6 @@ def test_help_teaches_by_example_and_cuts_no_line():
     lines = text.partition("Commands:\n")[2].splitlines()
     assert len(lines) == len(commands_of(main)) == 10
     for line in lines:
-        assert line.endswith(f"  {COMMANDS[line.split()[0]][2]}")
         assert line.endswith(".")
         assert not line.endswith("..")
 
@@ -100,24 +98,20 @@ class TestRun:
         assert list(summary_of(tmp_path)["controllers"]) == names
         assert max(len(line) for line in done.stdout.partition("results in")[0].splitlines()) <= 80
 
-    def test_compares_a_whole_run_with_the_paper(self, tmp_path):
-        done = here("run", "paper", "--controller", "smc", "-o", tmp_path)
-        for word in ("Table 12", "ratio"):
-            assert word in done.stdout
-
-    def test_compares_only_laws_that_reached_the_end_with_the_paper(self):
-        values = dict.fromkeys(("x_e", "y_e", "theta_e"), 0.5)
-        run = {
-            "rmse": {"leader": values}, "avoidance_s": {"leader": 0.0}, "obstacles_hit": [], "robots_hit": [],
-            **{name: {"leader": None} for name in ("centre_distance", "obstacle_gap", "robot_gap")},
-            "chattering": {"leader": {"v": 0.0, "omega": 0.0}}, "condition_violated": {},
-            "saturation": {"leader": dict.fromkeys(("v", "omega", "torque"), 0.0)}, "wall_s": 0.1, "stopped": None,
-        }  # fmt: skip
-        stopped = {**run, "stopped": {"t": 150.0, "robot": "leader", "reason": "it fell over"}}
-        out = Console(width=100, record=True, file=io.StringIO())
-        print_report(out, {"controllers": {"aifqsmc": stopped, "fcafsmc": run}}, printed=12)
-        text = out.export_text()
-        assert ("0.5399" in text, "0.4519" in text) == (False, True)
+    def test_compares_laws_that_reached_the_end_with_the_paper(self, recorded, run_paper, measured, tmp_path):
+        stop = run_paper("smc", "run.horizon=20", *DIVERGES)[1].stop
+        stopped = dataclasses.replace(run_paper("fcafsmc")[1], stop=stop)
+        recorded(run_paper("aifqsmc")[1], run_paper("smc")[1], stopped)
+        text = here("run", "paper", "--controller", "all", "-o", tmp_path, status=1).stdout
+        assert "beside Table 12 of the paper" in text
+        rows = [row.split() for row in text.partition("Safety")[0].splitlines()]
+        for law, table in TABLE_12.items():
+            shown = [f"{number:.4f}" for robot in ROBOTS for number in table[robot].values()]
+            assert all(any(number in row for row in rows) for number in shown) == (law != "fcafsmc")
+        (row,) = [row[1:] for row in rows if row[:2] == ["aifqsmc", "leader"]]
+        errors = measured("aifqsmc")["rmse"]["leader"]
+        ours = [(errors[name], TABLE_12["aifqsmc"]["leader"][name]) for name in NAMES]
+        assert row[1:] == [cell for own, one in ours for cell in (f"{own:.4f}", f"{one:.4f}", f"{own / one:.2f}")]
 
     def test_of_an_edited_rule_has_other_numbers(self, short, tmp_path):
         edited_rules(tmp_path, "ais_reaction.fz", ("ZO |  ZO  PS  PM  PS  ZO", "ZO |  ZO  PS  NS  PS  ZO"))

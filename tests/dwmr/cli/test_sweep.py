@@ -9,11 +9,11 @@ import subprocess
 import sys
 from textwrap import dedent
 
+import pyarrow.parquet
 import pytest
 
-from dwmr.output import data
-from dwmr.output.data import KEY
-from fuzzyctl.experiments import parquet, sweep_workers
+from dwmr import load
+from fuzzyctl.experiments import sweep_workers
 from tests.dwmr.process import LONG, dwmr, here, in_short, interrupted_by_a_worker_that_starts
 
 SPEC = """
@@ -71,7 +71,8 @@ class TestSweep:
         assert sorted(p.name for p in one[1].iterdir()) == ["results.csv", "results.parquet", "sweep.json", "times.csv"]
 
     def test_has_the_same_numbers_in_both_formats(self, one):
-        columns, about = parquet.read_table(one[1] / "results.parquet", KEY)
+        table = pyarrow.parquet.read_table(one[1] / "results.parquet")
+        columns, about = table.to_pydict(), json.loads(table.schema.metadata[b"dwmr"])
         with (one[1] / "results.csv").open(newline="") as file:
             rows = list(csv.DictReader(file))
         assert [float(row["rmse.leader.x_e"]) for row in rows] == columns["rmse.leader.x_e"]
@@ -244,6 +245,11 @@ class TestBadInput:
         err = here("sweep", path, "-o", out, "--resume", status=1).stderr
         assert "changed: runs of the SPEC, number of runs" in err
         spec(tmp_path)
+        err = here("sweep", path, "-o", out, "--resume", "--set", "robot.radius=0.6", status=1).stderr
+        assert "changed: values of --set" in err
+        about = json.loads((out / "sweep.json").read_text(encoding="utf-8"))
+        assert {len(digest) for digest in (*about["rules"].values(), about["versions"]["sources"])} == {64}
+        assert 'name = "paper"' in about["scenario"]["text"][0]["text"]
         assert "is finished" in here("sweep", path, "-o", out, "--resume", status=1).stderr
 
     @pytest.mark.parametrize(
@@ -267,6 +273,11 @@ class TestBadInput:
         assert words in done.stderr
         assert [p.name for p in tmp_path.iterdir()] == ["spec.toml"]
 
+    def test_parquet_without_pyarrow_names_what_to_install(self, tmp_path, monkeypatch):
+        monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+        done = here("sweep", spec(tmp_path), "--data", "parquet", status=1)
+        assert "Parquet needs pyarrow, which is not installed" in done.stderr
+
     def test_the_spec_of_its_help_runs_in_an_empty_folder(self, tmp_path):
         text = here("sweep", "--help").stdout.partition('  scenario = "')
         spec_text = dedent(f"{text[1]}{text[2].partition(chr(10) * 2)[0]}")
@@ -277,8 +288,8 @@ class TestBadInput:
 class TestRunData:
     def test_run_writes_the_formats_that_are_asked_for(self, tmp_path):
         here("run", "paper", "--set", "run.horizon=1", "-o", tmp_path, "--data", "npz,csv")
-        first = data.load(tmp_path / "trajectory.npz")
-        assert (data.load(tmp_path / "trajectory.csv").runs["aifqsmc"]["x"] == first.runs["aifqsmc"]["x"]).all()
+        first = load(tmp_path / "trajectory.npz")
+        assert (load(tmp_path / "trajectory.csv").runs["aifqsmc"]["x"] == first.runs["aifqsmc"]["x"]).all()
         assert first.metadata["scenario"]["text"][0]["file"] == "paper.toml"
         assert first.metadata["scenario"]["overrides"] == ["run.horizon=1"]
         assert len(first.metadata["rules"]["ais_reaction"]["sha256"]) == 64

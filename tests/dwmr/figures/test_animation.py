@@ -1,3 +1,5 @@
+"""Films of `dwmr animate`: what is where in a picture, and the files."""
+
 import shutil
 import stat
 import sys
@@ -5,12 +7,12 @@ import weakref
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
 from PIL import Image
 
-from dwmr import find, read
-from dwmr.figures import animation, film, panels
+from dwmr.figures import film
 from tests.dwmr.process import dwmr, here
+from tests.dwmr.scenarios import PAPER, in_frame
 
 SHORT = ("--set", "run.horizon=2")
 
@@ -23,87 +25,95 @@ def program(folder, text):
     return folder
 
 
-@pytest.fixture
-def made(run_paper):
-    """A film of ten seconds with an obstacle on the way."""
-    file, trajectory = run_paper("aifqsmc", "run.horizon=10", "obstacles=[{x=3.0, y=2.0, radius=0.5}]")
-    return animation.Film(trajectory, file.scenario), trajectory, file.scenario
+#: Ten seconds with an obstacle on the way.
+MADE = ("run.horizon=10", "obstacles=[{x=3.0, y=2.0, radius=0.5}]")
 
 
-def test_obstacles_that_move_are_where_they_are(run_paper):
-    file, trajectory = run_paper("aifqsmc", "run.horizon=5", "obstacles=[{x=6,y=2,radius=0.5,velocity=[0,-1]}]")
-    made = animation.Film(trajectory, file.scenario)
-    (disc,) = made._parts["obstacles"]
-    list(made.pictures([200]))
-    assert disc.get_center() == pytest.approx((6.0, 1.0))
-    axes = Figure().subplots()
-    panels.ways(axes, trajectory, file.scenario)
-    (end,) = axes.patches
-    assert end.get_center() == pytest.approx((6.0, -3.0))
+def shown(axes, kind):
+    """Return the patches of a kind in a panel."""
+    return [one for one in axes.patches if isinstance(one, kind)]
+
+
+def test_obstacles_that_move_are_where_they_are(film_of, figures_of, run_paper):
+    overrides = ("run.horizon=5", "obstacles=[{x=6,y=2,radius=0.5,velocity=[0,-1]}]")
+    run = run_paper("aifqsmc", *overrides)[1]
+    places = [one.get_center() for one in shown(film_of(run, 1.0, *overrides), Circle) if one.get_radius() == 0.5]
+    assert places == [pytest.approx((6.0, 1.0))]
+    (axes,) = figures_of("run", "paper", sets=overrides)["path.png"].axes
+    places = [one.get_center() for one in shown(axes, Circle) if one.get_radius() == 0.5]
+    assert any(place == pytest.approx((6.0, -3.0)) for place in places)  # at the end
 
 
 class TestMoments:
-    def test_are_as_far_apart_as_speed_and_rate_say(self, run_paper):
-        _, trajectory = run_paper("aifqsmc", "run.horizon=5")
-        assert animation.moments(trajectory, 10.0, 20.0) == list(range(0, 1001, 100))
-
-    def test_end_with_the_run(self, run_paper):
-        _, trajectory = run_paper("aifqsmc", "run.horizon=5")
-        assert animation.moments(trajectory, 15.0, 5.0) == [0, 600, 1000]
-        assert animation.moments(trajectory, 1000.0, 1.0) == [0, 1000]
+    @pytest.mark.parametrize(("speed", "fps", "count"), [(10, 20, 11), (15, 5, 3), (1000, 1, 2)])
+    def test_are_as_far_apart_as_speed_and_rate_say_and_end_with_the_run(
+        self, recorded, run_paper, tmp_path, speed, fps, count
+    ):
+        recorded(run_paper("smc", "run.horizon=5")[1])
+        options = ("--controller", "smc", "--set", "run.horizon=5", "--speed", speed, "--fps", fps)
+        done = here("animate", "paper", *options, "-o", tmp_path / "a.gif")
+        assert f": {count} pictures, " in done.stdout
 
 
 class TestBody:
-    def test_is_the_body_with_its_front_cut_to_a_nose(self):
-        robot = read(find("paper"), []).scenario.robots["follower1"]
-        outline = animation.body(robot, robot.d, 0.0, 0.0)
-        assert outline.min(axis=0) == pytest.approx((-0.542, -0.34))
-        assert outline.max(axis=0) == pytest.approx((0.369, 0.34))
-        assert outline[3] == pytest.approx((0.369, 0.0))
+    def outline(self, film_of, run_paper, scenario):
+        file, run = run_paper("smc", "run.horizon=5")
+        bodies = shown(film_of(run, 5.0, "run.horizon=5", scenario=scenario), Polygon)
+        robot = file.scenario.robots["follower1"]
+        return in_frame(bodies[1].get_xy()[:5], robot, *(run[name][-1, 1] for name in ("x", "y", "theta"))), robot
 
-    def test_points_where_the_robot_does_and_without_a_body_stays_in_its_circle(self):
-        robot = read(find("paper"), []).scenario.robots["follower1"].model_copy(update={"body": None})
-        outline = animation.body(robot, 2.0, 1.0, np.pi / 6)
-        ahead = np.array([np.sqrt(3.0) / 2.0, 0.5])
-        axle = np.array([2.0, 1.0]) - robot.d * ahead
-        assert np.hypot(*(outline - axle).T).max() == pytest.approx(robot.radius)
-        assert outline[3] == pytest.approx(axle + robot.radius * ahead)
+    def test_is_the_body_with_its_front_cut_to_a_nose(self, film_of, run_paper):
+        places, _ = self.outline(film_of, run_paper, "paper")
+        assert places.min(axis=0) == pytest.approx((-0.542, -0.34))
+        assert places.max(axis=0) == pytest.approx((0.369, 0.34))
+        assert places[3] == pytest.approx((0.369, 0.0), abs=1e-9)
+
+    def test_without_a_body_points_where_the_robot_does_and_stays_in_its_circle(self, film_of, run_paper, tmp_path):
+        before, head, after = PAPER.read_text(encoding="utf-8").partition("[robot.body]")
+        assert head
+        (tmp_path / "bare.toml").write_text(before + after[after.index("\n[") :], encoding="utf-8")
+        places, robot = self.outline(film_of, run_paper, tmp_path / "bare.toml")
+        assert np.hypot(*places.T).max() == pytest.approx(robot.radius)
+        assert places[3] == pytest.approx((robot.radius, 0.0), abs=1e-9)
 
 
 class TestFilm:
-    def test_robots_references_and_radii_are_where_they_were(self, made):
-        drawn, trajectory, _ = made
-        (k,) = [int(np.flatnonzero(trajectory["obstacle"][:, 0] >= 0)[10])]
-        next(drawn.pictures([k]))
-        trail, target = drawn._parts["trails"][1], drawn._parts["targets"][1]
-        assert (trail.get_xdata()[-1], trail.get_ydata()[-1]) == (trajectory["x"][k, 1], trajectory["y"][k, 1])
-        assert (trail.get_xdata()[0], trail.get_ydata()[0]) == (-3.5, 3.0)
-        assert (target.get_xdata()[0], target.get_ydata()[0]) == (trajectory["x_r"][k, 1], trajectory["y_r"][k, 1])
-        (circle,) = drawn._parts["circles"]
+    def test_robots_references_and_radii_are_where_they_were(self, film_of, run_paper):
+        trajectory = run_paper("aifqsmc", *MADE)[1]
+        k = int(np.flatnonzero(trajectory["obstacle"][:, 0] >= 0)[10])
+        axes = film_of(trajectory, trajectory.t[k], *MADE)
+        ends = [(one.get_xdata()[-1], one.get_ydata()[-1]) for one in axes.lines if len(one.get_xdata())]
+        starts = [(one.get_xdata()[0], one.get_ydata()[0]) for one in axes.lines if len(one.get_xdata())]
+        assert (trajectory["x"][k, 1], trajectory["y"][k, 1]) in ends
+        assert (-3.5, 3.0) in starts
+        crosses = [(*one.get_xdata(), *one.get_ydata()) for one in axes.lines if one.get_marker() == "x"]
+        assert crosses[1] == (trajectory["x_r"][k, 1], trajectory["y_r"][k, 1])
+        (circle,) = [one for one in shown(axes, Circle) if not one.get_fill()]
         assert circle.get_radius() == pytest.approx(trajectory["avoidance_radius"][k, 0])
         assert circle.get_linewidth() == 2.0
-        assert drawn._clock.get_text().split() == ["t", "=", f"{trajectory.t[k]:.1f}", "s"]
+        assert f"t = {trajectory.t[k]:6.1f} s" in [text.get_text() for text in axes.texts]
 
-    def test_labels_of_axes_lie_within_a_narrow_picture(self, run_paper):
-        file, trajectory = run_paper("smc", "run.horizon=10")
-        film = animation.Film(trajectory, file.scenario)
-        film.figure.draw_without_rendering()
-        across, up = (axis.label.get_window_extent() for axis in (film.axes.xaxis, film.axes.yaxis))
-        assert film.figure.get_figwidth() < 6.5
+    def test_labels_of_axes_lie_within_a_narrow_picture(self, film_of, run_paper):
+        axes = film_of(run_paper("smc", "run.horizon=10")[1], 1.0, "run.horizon=10")
+        axes.figure.draw_without_rendering()
+        across, up = (axis.label.get_window_extent() for axis in (axes.xaxis, axes.yaxis))
+        assert axes.figure.get_figwidth() < 6.5
         assert min(up.x0, across.y0) > 0.0
 
-    def test_says_what_disturbs(self, made):
-        drawn, _, _ = made
-        list(drawn.pictures([100]))
-        assert drawn._note.get_text() == ""
-        list(drawn.pictures([1000]))
-        assert drawn._note.get_text() == "disturbance: sinusoid"
+    @pytest.mark.parametrize(("t", "words"), [(0.5, ""), (5.0, "disturbance: sinusoid")])
+    def test_says_what_disturbs(self, film_of, run_paper, t, words):
+        axes = film_of(run_paper("aifqsmc", *MADE)[1], t, *MADE)
+        assert words in [text.get_text() for text in axes.texts]
 
-    def test_pictures_move_and_what_stays_stays(self, made):
-        drawn, _, _ = made
-        first, last = (picture.copy() for picture in drawn.pictures([0, 2000]))
-        assert first.shape == (drawn.size[1], drawn.size[0], 3)
-        assert all(side % 2 == 0 for side in drawn.size)
+    def test_pictures_move_and_what_stays_stays(self, recorded, run_paper, tmp_path):
+        recorded(run_paper("smc", "run.horizon=10")[1])
+        options = ("--controller", "smc", "--set", "run.horizon=10", "--speed", 1000, "--fps", 1)
+        here("animate", "paper", *options, "-o", tmp_path / "a.gif")
+        with Image.open(tmp_path / "a.gif") as gif:
+            assert all(side % 2 == 0 for side in gif.size)
+            first = np.asarray(gif.convert("RGB"))
+            gif.seek(1)
+            last = np.asarray(gif.convert("RGB"))
         share = np.mean((first != last).any(axis=2))
         assert 0.0005 < share < 0.2
 

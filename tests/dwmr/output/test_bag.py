@@ -1,15 +1,17 @@
 """Bags are read back with the reader of rosbags: topics, stamps, frames, and the numbers of the run."""
 
+import math
 import sqlite3
+import sys
 
 import numpy as np
 import pytest
 import yaml
 
 from dwmr.core.geometry import ahead, yaw
-from dwmr.output import bag
+from tests.dwmr.process import here
 from tests.dwmr.ros.stub import FILTER
-from tests.dwmr.scenarios import diagnostics, shared
+from tests.dwmr.scenarios import changed, shared
 
 pytest.importorskip("rosbags", reason="rosbags is not installed: pip install 'fuzzyctl[ros]'")
 
@@ -19,13 +21,30 @@ LEADERS_LIMIT = "robots.leader.actuator.v_limit=0.3"
 SAFETY = f"safety={{{', '.join(FILTER)}}}"
 
 
+def bag_of(folder, name, law, *overrides):
+    """Run a scenario; return its trajectory, the scenario and the folder of the bag."""
+    file, trajectory = shared(name, law, *overrides)
+    options = [word for one in overrides for word in ("--set", one)]
+    here("run", name, "--controller", law, *options, "--bag", folder / "first", "-o", folder / "out")
+    return trajectory, file.scenario, folder / "first"
+
+
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory):
     """A short run, its scenario and its bag."""
-    file, trajectory = shared("undisturbed", "aifqsmc", "run.horizon=0.5", "run.save_every=10", LIMIT)
-    folder = tmp_path_factory.mktemp("bags") / "first"
-    bag.save(folder, trajectory, file.scenario)
-    return trajectory, file.scenario, folder
+    folder = tmp_path_factory.mktemp("bags")
+    return bag_of(folder, "undisturbed", "aifqsmc", "run.horizon=0.5", "run.save_every=10", LIMIT)
+
+
+def sent(folder, *topics):
+    """Return the messages of some topics of a bag."""
+    from rosbags.highlevel import AnyReader
+
+    found = {one: [] for one in topics}
+    with AnyReader([folder]) as reader:
+        for connection, _, data in reader.messages([one for one in reader.connections if one.topic in found]):
+            found[connection.topic].append(reader.deserialize(data, connection.msgtype))
+    return tuple(found.values())
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +61,10 @@ def messages(kept):
 
 def test_each_robot_has_its_topics_and_all_share_the_transforms(messages, kept):
     robots = kept[1].robots
-    assert set(messages) == {"/tf", *(f"/{name}/{topic}" for name in robots for topic in bag.TOPICS)}
+    assert set(messages) == {
+        "/tf",
+        *(f"/{name}/{topic}" for name in robots for topic in ("odom", "cmd_vel", "reference")),
+    }
     assert {len(found) for found in messages.values()} == {11}
 
 
@@ -66,26 +88,20 @@ def test_odometry_is_that_of_the_wheel_axis_in_the_frames_of_ros(messages, kept)
 
 def test_commands_are_limited(messages, kept):
     asked = kept[0]["v_c"][::10, 1]
-    sent = np.array([message.linear.x for _, message in messages["/follower1/cmd_vel"]])
+    commands = [message.linear.x for _, message in messages["/follower1/cmd_vel"]]
     assert np.max(np.abs(asked)) > 0.5
-    assert list(sent) == list(np.clip(asked, -0.5, 0.5))
+    assert commands == list(np.clip(asked, -0.5, 0.5))
 
 
 def test_robots_on_mecanum_wheels_have_velocities_to_their_left(tmp_path):
-    from rosbags.highlevel import AnyReader
-
-    file, trajectory = shared("omnidirectional", "omnidirectional", "run.horizon=0.2", LEADERS_LIMIT)
-    bag.save(tmp_path / "bag", trajectory, file.scenario)
-    found = {"/leader/odom": [], "/leader/cmd_vel": []}
-    with AnyReader([tmp_path / "bag"]) as reader:
-        for connection, _, data in reader.messages([one for one in reader.connections if one.topic in found]):
-            found[connection.topic].append(reader.deserialize(data, connection.msgtype))
-    rows = np.linspace(0, len(trajectory.t) - 1, len(found["/leader/odom"])).astype(int)
-    seen = [one.twist.twist.linear.y for one in found["/leader/odom"]]
+    trajectory, _, folder = bag_of(tmp_path, "omnidirectional", "omnidirectional", "run.horizon=0.2", LEADERS_LIMIT)
+    odometry, commands = sent(folder, "/leader/odom", "/leader/cmd_vel")
+    rows = np.linspace(0, len(trajectory.t) - 1, len(odometry)).astype(int)
+    seen = [one.twist.twist.linear.y for one in odometry]
     assert seen == list(trajectory["v_y"][rows, 0])
     assert min(seen) < -0.1
     asked = trajectory["v_y_c"][rows, 0]
-    assert [one.linear.y for one in found["/leader/cmd_vel"]] == list(np.clip(asked, -0.3, 0.3))
+    assert [one.linear.y for one in commands] == list(np.clip(asked, -0.3, 0.3))
     assert np.abs(asked).max() > 0.3
 
 
@@ -104,15 +120,11 @@ def test_references_and_transforms_are_those_of_the_run(messages, kept):
 
 
 def test_commands_are_those_after_the_safety_filter(tmp_path):
-    from rosbags.highlevel import AnyReader
-
-    file, trajectory = shared("undisturbed", "aifqsmc", "run.horizon=0.1", "run.save_every=1", LIMIT, SAFETY)
-    bag.save(tmp_path / "safe", trajectory, file.scenario)
-    with AnyReader([tmp_path / "safe"]) as reader:
-        (topic,) = (c for c in reader.connections if c.topic == "/follower1/cmd_vel")
-        sent = [reader.deserialize(data, topic.msgtype).linear.x for _, _, data in reader.messages([topic])]
+    overrides = ("run.horizon=0.1", "run.save_every=1", LIMIT, SAFETY)
+    trajectory, _, folder = bag_of(tmp_path, "undisturbed", "aifqsmc", *overrides)
+    commands = [one.linear.x for one in sent(folder, "/follower1/cmd_vel")[0]]
     assert np.any(trajectory["safe_v"] != trajectory["v_c"])
-    assert sent == list(np.clip(trajectory["safe_v"][:, 1], -0.5, 0.5))
+    assert commands == list(np.clip(trajectory["safe_v"][:, 1], -0.5, 0.5))
 
 
 def test_the_metadata_is_what_old_and_new_ros_read(kept):
@@ -129,17 +141,17 @@ def test_the_metadata_is_what_old_and_new_ros_read(kept):
 
 
 def test_equal_runs_give_equal_messages(kept, tmp_path):
-    bag.save(tmp_path / "first", kept[0], kept[1])
+    bag_of(tmp_path, "undisturbed", "aifqsmc", "run.horizon=0.5", "run.save_every=10", LIMIT)
     again = (tmp_path / "first" / "metadata.yaml").read_bytes()
     assert again == (kept[2] / "metadata.yaml").read_bytes()
 
 
 @pytest.mark.parametrize("kind", ["folder", "file", "link"])
-def test_what_exists_is_kept(kept, tmp_path, kind):
+def test_what_exists_is_kept(tmp_path, kind):
     path = tmp_path / "there"
     {"folder": path.mkdir, "file": path.touch, "link": lambda: path.symlink_to("nowhere")}[kind]()
-    (found,) = diagnostics(bag.save, path, *kept[:2])
-    assert "it exists, and a bag is a new folder" in found.message
+    done = here("run", "undisturbed", "--bag", path, "-o", tmp_path / "out", status=1)
+    assert "it exists, and a bag is a new folder" in done.stderr
     assert [p.name for p in tmp_path.iterdir()] == ["there"]
 
 
@@ -177,8 +189,45 @@ def test_robots_need_names_that_topics_may_have(dwmr, tmp_path):
 
 
 def test_without_rosbags_the_extra_is_named(dwmr, monkeypatch, tmp_path):
-    monkeypatch.setattr(bag, "available", lambda: False)
+    monkeypatch.setitem(sys.modules, "rosbags", None)
     status, _, err = dwmr("run", "undisturbed", "--bag", "bag")
     assert status == 1
     assert "pip install 'fuzzyctl[ros]'" in err
     assert list(tmp_path.iterdir()) == []
+
+
+class TestLimitsOfVehicles:
+    """Commands that are sent keep to the limits of a robot."""
+
+    LIMITS = ("robot.actuator.v_limit=1.5", "robot.actuator.omega_limit=1.0", "run.save_every=1")
+
+    def run(self, name, law):
+        return shared(name, law, "run.horizon=0.02", *self.LIMITS)
+
+    def sent(self, recorded, folder, name, run, v, omega, **more):
+        law = run.controller
+        columns = {"v_c": v, "omega_c": omega, **more}
+        recorded(changed(run, **{name: np.array(column)[:, None] for name, column in columns.items()}))
+        options = [word for one in ("run.horizon=0.02", *self.LIMITS) for word in ("--set", one)]
+        here("run", name, "--controller", law, *options, "--bag", folder / name, "-o", folder / f"of-{name}")
+        (messages,) = sent(folder / name, "/leader/cmd_vel")
+        return np.array([[one.linear.x, one.linear.y, one.angular.z] for one in messages])
+
+    def test_of_two_wheels_and_mecanum_wheels_are_limited_one_by_one(self, recorded, tmp_path):
+        wheels, mecanum = (self.run(*one)[1] for one in (("undisturbed", "smc"), ("omnidirectional",) * 2))
+        v, omega = [2.0, -2.0, 0.0, 1.0, 1.0], [-4.0, 0.25, 0.0, 0.0, 0.5]
+        wanted = np.array([[1.5, 0, -1.0], [-1.5, 0, 0.25], [0, 0, 0], [1, 0, 0], [1, 0, 0.5]])
+        assert self.sent(recorded, tmp_path, "undisturbed", wheels, v, omega).tolist() == wanted.tolist()
+        wanted[:, 1] = [-1.5, 0.5, 0.0, 0.0, 0.0]
+        sideways = {"v_y_c": [-3.0, 0.5, 0.0, 0.0, 0.0]}
+        found = self.sent(recorded, tmp_path, "omnidirectional", mecanum, v, omega, **sideways)
+        assert found.tolist() == wanted.tolist()
+
+    def test_of_a_car_keep_its_curvature(self, recorded, tmp_path):
+        file, run = self.run("ackermann", "ackermann")
+        car = file.scenario.robots["leader"].vehicle
+        v, omega = [2.0, 1.2, -2.0, 0.5, 0.0], [0.4, 1.5, 0.4, -9.0, 1.0]
+        found = self.sent(recorded, tmp_path, "ackermann", run, v, omega)
+        bend = math.tan(car.steering_limit) / car.wheelbase
+        wanted = [[1.5, 0, 0.3], [0.8, 0, 1.0], [-1.5, 0, 0.3], [0.5, 0, -0.5 * bend], [0, 0, 0]]
+        assert found == pytest.approx(np.array(wanted), abs=1e-12)

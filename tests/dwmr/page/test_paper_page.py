@@ -7,12 +7,10 @@ from pathlib import Path
 import pytest
 
 from dwmr import find
-from dwmr.results.paper_tables import TABLE_12
+from tests.dwmr.paper import NAMES, ROBOTS, TABLE_12
 
 EXPLANATION = Path(__file__).resolve().parents[3] / "docs" / "explanation"
 PAGE = " ".join((EXPLANATION / "the-paper.md").read_text(encoding="utf-8").split())
-NAMES = ("x_e", "y_e", "theta_e")
-ROBOTS = ("leader", "follower1", "follower2")
 #: How far a run may be from what the page prints: SMC chatters, and its followers differ between processors.
 BANDS = {"aifqsmc": 0.02, "fcafsmc": 0.02, "smc": 0.25}
 

@@ -1,19 +1,21 @@
 """Gaps and contacts of recorded runs, and the measures that count them."""
 
+import dataclasses
 import itertools
 
 import numpy as np
 import pytest
 
 from dwmr import find, measure, read
-from dwmr.results.distances import contact, meetings, poses
-from dwmr.scenario.outlines import gap_between, outline
-from tests.dwmr.results.test_metrics import SCENARIO, trajectory
+from dwmr.scenario.outlines import gap_between, outline, outline_pose
+from tests.dwmr.scenarios import by_hand
+
+SCENARIO = read(find("paper-with-limits")).scenario
 
 
 def moved(**columns):
     """Three samples of the robots far from each other, but for the columns given."""
-    return trajectory(**{"x": [0.0, 50.0, 100.0], "y": 0.0, **columns})
+    return by_hand(**{"x": [0.0, 50.0, 100.0], "y": 0.0, **columns})
 
 
 class TestMeasures:
@@ -46,7 +48,8 @@ class TestMeasures:
     def test_a_robot_alone_has_no_gap(self):
         alone = read(find("paper-with-limits"), ["obstacles=[]"]).scenario
         run = moved()
-        one = measure(type(run)("smc", ("leader",), run.t, run.values[:, :1], run.law_values[:, :1], (), 0.1), alone)
+        run = dataclasses.replace(run, robots=("leader",), values=run.values[:, :1], law_values=run.law_values[:, :1])
+        one = measure(run, alone)
         assert one["robot_gap"] == one["obstacle_gap"] == one["centre_distance"] == {"leader": None}
 
     def test_of_a_run_hold_at_every_sample(self, run_with_limits):
@@ -54,18 +57,11 @@ class TestMeasures:
         file, run = run_with_limits("fcafsmc", "run.horizon=70")
         least = measure(run, file.scenario)["robot_gap"]
         for a, b in itertools.combinations(run.robots, 2):
-            first, second = (poses(run, file.scenario, name) for name in (a, b))
             shapes = [outline(file.scenario.robots[name]) for name in (a, b)]
+            first, second = (
+                outline_pose(shape, *(run[signal][:, run.robots.index(name)] for signal in ("x", "y", "theta")))
+                for shape, name in zip(shapes, (a, b), strict=True)
+            )
             gaps = gap_between(first, shapes[0], second, shapes[1])
             assert gaps.min() >= max(least[a], least[b])
         assert least["leader"] == least["follower2"] == pytest.approx(-0.25, abs=0.01)
-
-    def test_meetings_are_where_bodies_first_touch(self):
-        x = np.array([[0.0, 50.0, 100.0], [0.0, 0.7, 100.0], [0.0, 0.5, 100.0]])
-        assert meetings(moved(), SCENARIO).shape == (0, 2)
-        assert meetings(moved(x=x), SCENARIO) == pytest.approx(np.array([[-0.1865, 0.0]]))
-        y = np.array([[-6.0], [-5.0], [-6.0]]) * [1, 0, 0]
-        assert meetings(moved(x=[8.0, 50.0, 100.0], y=y), SCENARIO) == pytest.approx(np.array([[7.8135, -5.0]]))
-
-    def test_have_no_contact_where_the_gap_stays_open(self):
-        assert contact(np.array([0.0, 1.0]), 1.0, np.array([0.1, 0.2])) is None

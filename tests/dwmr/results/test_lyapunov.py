@@ -3,36 +3,22 @@
 import numpy as np
 import pytest
 
-from dwmr import find, read
-from dwmr.results.metrics import lyapunov
-from dwmr.results.metrics import measure as measure_all
-from dwmr.simulation.simulate import COLUMNS, Signal, Trajectory
-from dwmr.simulation.simulate import SIGNALS as LOOP_SIGNALS
+from dwmr import find, measure, read
+from dwmr.results import lyapunov
+from tests.dwmr.scenarios import by_hand
 
 SCENARIO = read(find("paper-with-limits")).scenario
-ROBOTS = ("leader", "follower1", "follower2")
 #: The paper's λ1, λ2, λ3 and P.
 SLOPES, P = (0.5, 0.3, 0.7), 0.1
 
 
-def trajectory(law="smc", samples=3, **columns):
-    """Samples of the paper's robots, zero but for the columns given; those the loop does not know are the law's."""
-    own = tuple(n for n in columns if n not in COLUMNS)
-    values, law_values = np.zeros((samples, 3, len(LOOP_SIGNALS))), np.zeros((samples, 3, len(own)))
-    values[:, :, COLUMNS["obstacle"]] = -1
-    for name, column in columns.items():
-        (law_values[:, :, own.index(name)] if name in own else values[:, :, COLUMNS[name]])[...] = column
-    t = 0.005 * np.arange(samples)
-    return Trajectory(law, ROBOTS, t, values, law_values, tuple(Signal(n, "", "") for n in own), 0.1)
-
-
 def smc(**columns):
-    return trajectory(**{"sigma_v": 0.0, "sigma_omega": 0.0, **columns})
+    return by_hand(**{"sigma_v": 0.0, "sigma_omega": 0.0, **columns})
 
 
 def aifqsmc(**columns):
     names = ("sigma_v", "sigma_omega", "k_h_v", "k_h_omega", "beta_v", "beta_omega", "g_ais_v", "g_ais_omega")
-    return trajectory("aifqsmc", **{**dict.fromkeys(names, 0.01), **columns})
+    return by_hand("aifqsmc", **{**dict.fromkeys(names, 0.01), **columns})
 
 
 class TestSignals:
@@ -74,7 +60,7 @@ class TestSignals:
         assert "V_dot_23" not in found
 
     def test_a_law_without_sliding_variables_has_none_at_all(self):
-        assert lyapunov.signals(trajectory("mine"), SCENARIO) == {}
+        assert lyapunov.signals(by_hand("mine"), SCENARIO) == {}
 
     @pytest.mark.parametrize("law", ["smc", "aifqsmc", "fcafsmc", "aifqsmc_without_layer"])
     def test_every_array_has_a_name_and_a_unit(self, run_with_limits, law):
@@ -128,12 +114,12 @@ class TestMeasure:
         assert leader["V_10_growing"] == 1.0
 
     def test_is_empty_where_a_law_has_nothing_of_the_kind(self):
-        assert lyapunov.measure(trajectory("mine"), SCENARIO) == {"lyapunov": {}, "drift": {}}
+        assert lyapunov.measure(by_hand("mine"), SCENARIO) == {"lyapunov": {}, "drift": {}}
         assert lyapunov.measure(smc(), SCENARIO)["drift"] == {}
 
     def test_stands_in_the_measures_of_a_run(self, run_with_limits):
         file, run = run_with_limits("aifqsmc", "run.horizon=1")
-        result = measure_all(run, file.scenario)
+        result = measure(run, file.scenario)
         assert set(result["lyapunov"]["follower2"]) == {
             "V_dot_10_positive", "V_dot_23_positive", "V_10_growing", "in_tracking", "in_avoidance"
         }  # fmt: skip

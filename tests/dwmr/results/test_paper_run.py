@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dwmr.results.paper_tables import TABLE_12
+from tests.dwmr.paper import TABLE_12
 
 CLOSE = ("aifqsmc", "fcafsmc")
 

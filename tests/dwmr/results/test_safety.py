@@ -1,19 +1,17 @@
 """Runs behind the safety filter: crowds that do not touch, moments that are recorded, laws that are left alone."""
 
-import io
+import csv
+import dataclasses
+import json
 
 import numpy as np
 import pytest
-from rich.console import Console
 
-from dwmr.control.safety_filter import rate_bound
-from dwmr.output.report import barriers, filter_cells, print_report
-from dwmr.page.document import safety_filter
-from dwmr.results.distances import moments, obstacle_gaps, rate_bounds, robot_gaps
-from dwmr.results.metrics import errors, measure, rmse
+from dwmr import measure
 from dwmr.scenario.outlines import centres
 from tests import explanation, sizes
-from tests.dwmr.scenarios import shared
+from tests.dwmr.process import here
+from tests.dwmr.scenarios import changed, shared
 
 SCENES = sizes.examples(20, 6)
 NONE = "obstacles=[]"
@@ -22,6 +20,9 @@ FILTER = (
 )  # fmt: skip
 
 
+#: A filter that keeps just the discs apart.
+EXACT = "safety={alpha=1.0,lookahead=0.3,margin=0.0,velocity_error=0.0,acceleration=1e6,angular_acceleration=1e6}"
+KINDS = ("infeasible", "missed")
 CROWDS, ALONE = explanation.script("avoidance/crowds.py"), explanation.script("avoidance/alone.py")
 
 
@@ -58,6 +59,12 @@ def to_edges(places, outline):
     return least
 
 
+def sample(trajectory, k):
+    """Return the part of a run at some samples."""
+    parts = {name: getattr(trajectory, name)[k] for name in ("t", "values", "law_values")}
+    return dataclasses.replace(trajectory, **parts)
+
+
 class TestCrowds:
     @pytest.mark.parametrize("number", range(SCENES))
     def test_touch_only_after_a_moment_that_is_recorded(self, number):
@@ -72,14 +79,19 @@ class TestCrowds:
     def test_are_as_far_apart_as_edges_and_corners_say(self):
         file, trajectory = CROWDS.run(3, 0, "aifqsmc")
         scenario, outlines = file.scenario, {n: corners(trajectory, file.scenario, n) for n in trajectory.robots}
-        for name in trajectory.robots:
-            gaps, places = obstacle_gaps(trajectory, scenario, name), centres(scenario, trajectory.t)
-            for a, one in enumerate(scenario.obstacles):
-                assert gaps[:, a] == pytest.approx(to_edges(places[:, a], outlines[name]) - one.radius, abs=1e-9)
-        for first, second, near, gaps in robot_gaps(trajectory, scenario):
-            a, b = outlines[first][:, near], outlines[second][:, near]
-            apart = [to_edges(one, other) for mine, other in ((a, b), (b, a)) for one in mine]
-            assert gaps == pytest.approx(np.min(apart, axis=0), abs=1e-9)
+        places = centres(scenario, trajectory.t)
+        for k in range(0, len(trajectory.t), 100):
+            now = slice(k, k + 1)
+            gaps = measure(sample(trajectory, now), scenario, ["obstacle_gap", "robot_gap"])
+            for name, outline in outlines.items():
+                to_obstacles = [
+                    to_edges(places[now, a], outline[:, now])[0] - one.radius
+                    for a, one in enumerate(scenario.obstacles)
+                ]
+                assert gaps["obstacle_gap"][name] == pytest.approx(min(to_obstacles), abs=1e-9)
+                others = [(outline[:, now], other[:, now]) for n, other in outlines.items() if n != name]
+                apart = [to_edges(one, b) for pair in others for a, b in (pair, pair[::-1]) for one in a]
+                assert gaps["robot_gap"][name] == pytest.approx(np.min(apart), abs=1e-9)
 
 
 class TestLaws:
@@ -92,10 +104,10 @@ class TestLaws:
         """Followers 4 m from their leader: the discs never come into play."""
         wide = ("run.horizon=30", NONE, *(f"robots.follower{k}.formation.separation=4" for k in (1, 2)))
         free, guarded = run("aifqsmc", *wide), run("aifqsmc", *wide, FILTER)
+        before, after = (measure(trajectory, file.scenario) for file, trajectory in (free, guarded))
         for signal in ("x_e", "y_e", "theta_e"):
-            before, after = (rmse(errors(one[1], "leader", "body")[signal]) for one in (free, guarded))
-            assert after <= 1.1 * before
-        found = measure(guarded[1], guarded[0].scenario)["safety"]
+            assert after["rmse_body"]["leader"][signal] <= 1.1 * before["rmse_body"]["leader"][signal]
+        found = after["safety"]
         assert found["infeasible"] == found["missed"] == []
 
     def test_of_all_kinds_run_behind_the_filter(self):
@@ -124,10 +136,13 @@ class TestMoments:
         t = np.arange(0.0, 5.0, 0.1)
         amounts = np.where((t > 0.95) & (t < 1.25) | (t > 1.45) & (t < 1.65) | (t > 3.95), 0.5, 0.0)
         amounts[15] = 0.7
-        first, second = moments(t, amounts)
-        assert (first["t"], first["lasted"], first["by"], first["sample"]) == pytest.approx((1.0, 0.7, 0.7, 10))
+        scenario, trajectory = guarded_by_hand(amounts)
+        first, second = measure(dataclasses.replace(trajectory, t=t), scenario)["safety"]["infeasible"]
+        assert (first["t"], first["lasted"], first["by"]) == pytest.approx((1.0, 0.7, 0.7))
         assert (second["t"], second["lasted"]) == pytest.approx((4.0, 1.0))
-        assert moments(t, 0.0 * t) == []
+        assert (first["robot"], first["with"]) == ("leader", "obstacles.0")
+        scenario, trajectory = guarded_by_hand(0.0 * amounts)
+        assert measure(trajectory, scenario)["safety"]["infeasible"] == []
 
     def test_of_an_obstacle_that_runs_into_a_robot_have_time_and_place(self):
         file, trajectory = run(
@@ -140,8 +155,6 @@ class TestMoments:
         assert 0.5 < one["t"] < 3.0
         assert abs(one["x"]) < 2.0
         assert one["by"] > 0.5
-        line = barriers({"safety": found})[0]
-        assert line.startswith("no command within the limits keeps ")
 
     def test_of_velocities_that_do_not_follow_are_those_of_a_push(self):
         push = "disturbances=[{kind='constant',start=3,stop=6,v=1.2,omega=0,force=0,torque=0,robots=['follower1']}]"
@@ -151,27 +164,72 @@ class TestMoments:
         assert any({one["robot"], one["with"]} == {"leader", "follower1"} for one in found["missed"])
         assert all(3.0 <= one["t"] < 8.0 for one in found["missed"])
 
-    def test_of_rates_are_judged_by_the_bound_of_the_filter(self):
-        distance = np.linspace(0.1, 3.0, 30)
-        assert rate_bounds(2.0, distance, 1.0) == pytest.approx([rate_bound(2.0, d, 1.0) for d in distance])
+    @pytest.mark.parametrize(("share", "is_missed"), [(0.98, False), (1.02, True)])
+    def test_of_rates_are_judged_by_the_bound_of_the_barrier(self, share, is_missed):
+        """The leader drives straight at an obstacle: of z = 2 m and R it may approach by α (z² − R²) / 2z."""
+        scenario, trajectory = guarded_by_hand(np.zeros(2))
+        (obstacle, *_), robot = scenario.obstacles, scenario.robots["leader"]
+        ahead, dt = scenario.safety.lookahead - robot.d, scenario.run.dt
+
+        def missed(place, speed):
+            x = np.array([place, place + speed * dt]) - ahead
+            run = changed(
+                trajectory,
+                x=lambda old: np.stack([x, *old.T[1:]], axis=1),
+                y=lambda old: np.stack([[obstacle.y] * 2, *old.T[1:]], axis=1),
+            )
+            found = measure(run, scenario)["safety"]
+            return found["disc_gap"]["leader"], [one for one in found["missed"] if one["with"] == "obstacles.0"]
+
+        gap, _ = missed(obstacle.x - 2.0, 0.0)
+        least = 2.0 - gap  # the radii of the discs
+        bound = scenario.safety.alpha * (2.0**2 - least**2) / (2.0 * 2.0)
+        assert bool(missed(obstacle.x - 2.0, share * bound)[1]) == is_missed
 
 
-def test_tables_of_a_run_have_what_the_filter_did():
-    file, trajectory = run("fcafsmc", "run.horizon=2", name="moving-obstacles")
-    found = {"fcafsmc": measure(trajectory, file.scenario)}
-    share = 100.0 * found["fcafsmc"]["safety"]["acts"]["follower2"]
-    assert filter_cells(found["fcafsmc"], "follower2")[1:] == [f"{share:.1f}", "0", "0"]
-    text = io.StringIO()
-    print_report(Console(file=text, width=100), {"controllers": found}, None)
-    assert "Safety filter" in text.getvalue()
-    assert f">{share:.1f}<" in safety_filter(found)
-    assert safety_filter({"fcafsmc": {}}) == ""
+def guarded_by_hand(amounts):
+    """Robots that rest far from all else behind a filter without a margin, whose leader's shortfalls are given."""
+    file, run = shared("paper-with-limits", "smc", "run.horizon=0.01", EXACT)
+    samples = len(amounts)
+    parts = {name: np.repeat(getattr(run, name)[:1], samples, axis=0) for name in ("values", "law_values")}
+    run = dataclasses.replace(run, t=file.scenario.run.dt * np.arange(samples), **parts)
+    far = np.array([-100.0, -200.0, -300.0])
+    shortfall = np.stack([amounts, 0.0 * amounts, 0.0 * amounts], axis=1)
+    return file.scenario, changed(run, x=far, y=far, theta=0.0, safe_shortfall=shortfall, safe_conflict=3.0)
 
 
-def test_report_names_five_moments_and_counts_the_others():
-    one = {"robot": "a", "with": "b", "t": 1.0, "lasted": 0.5, "x": 0.0, "y": 2.0, "by": 0.25}
-    lines = barriers({"safety": {"infeasible": [one] * 7, "missed": [one]}})
-    assert lines[0] == "no command within the limits keeps a away from b at t = 1.00 s, (0.00, 2.00) m, for 0.50 s, " \
-        "0.25 m/s at most"  # fmt: skip
-    assert lines[5] == "2 more such moments are under safety.infeasible of summary.json"
-    assert lines[6].startswith("a comes nearer to b than its command allows at t = 1.00 s")
+def test_tables_of_a_run_have_what_the_filter_did(recorded, tmp_path):
+    file, run = shared("moving-obstacles", "fcafsmc", "run.horizon=2")
+    amounts = 0.25 * (np.arange(401) % 40 < 4)
+    shortfall = np.stack([0.0 * amounts, amounts, 0.0 * amounts], axis=1)
+    run = changed(run, safe_shortfall=shortfall, safe_conflict=0.0)
+    run = dataclasses.replace(run, t=10.0 * run.t)  # moments that are apart
+    recorded(run)
+    found = measure(run, file.scenario)["safety"]
+    acts, gap = (found[name]["follower2"] for name in ("acts", "disc_gap"))
+    moments = {kind: [sum(n in (m["robot"], m["with"]) for m in found[kind]) for n in run.robots] for kind in KINDS}
+    assert moments["infeasible"][1] == 11
+    options = ("moving-obstacles", "--controller", "fcafsmc", "--set", "run.horizon=2")
+    text = here("run", *options, "-o", tmp_path / "out").stdout
+    rows = [row.split() for row in text.partition("Safety filter")[2].partition("Effort")[0].splitlines()]
+    (row,) = [row for row in rows if "follower2" in row]
+    assert row[-4:] == [f"{gap:.2f}", f"{100.0 * acts:.1f}", *(str(moments[kind][2]) for kind in KINDS)]
+    said = " ".join(text.split())
+    (first, *_) = found["infeasible"]
+    place = f"at t = {first['t']:.2f} s, ({first['x']:.2f}, {first['y']:.2f}) m, for {first['lasted']:.2f} s, 0.25 m/s"
+    assert f"no command within the limits keeps {first['robot']} away from {first['with']} {place} at most" in said
+    assert said.count("no command within the limits keeps") == 5
+    assert f"{len(found['infeasible']) - 5} more such moments are under safety.infeasible of summary.json" in said
+    assert ("comes nearer to" in said) == bool(found["missed"])
+    here("report", *options, "-o", tmp_path / "page.html")
+    assert f">{100.0 * acts:.1f}<" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    spec = 'scenario = "moving-obstacles"\ncontrollers = ["fcafsmc"]\nmeasures = ["safety"]\n'
+    (tmp_path / "spec.toml").write_text(spec, encoding="utf-8")
+    here("sweep", tmp_path / "spec.toml", "--jobs", "1", "--set", "run.horizon=2", "-o", tmp_path / "swept")
+    with (tmp_path / "swept" / "results.csv").open(newline="", encoding="utf-8") as file:
+        (row,) = csv.DictReader(file)
+    for kind in KINDS:
+        assert [int(row[f"safety.{kind}.{name}"]) for name in run.robots] == moments[kind]
+    assert (float(row["safety.acts.follower2"]), float(row["safety.disc_gap.follower2"])) == (acts, gap)
+    units = json.loads((tmp_path / "swept" / "sweep.json").read_text(encoding="utf-8"))["columns"]
+    assert [units[f"safety.{name}.leader"] for name in ("disc_gap", "acts")] == [{"unit": "m"}, {"unit": ""}]

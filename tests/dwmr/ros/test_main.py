@@ -1,6 +1,7 @@
 """Start and end of the node, with a stub of rclpy and robots without inertia."""
 
 import re
+import runpy
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -10,8 +11,7 @@ import yaml
 import dwmr.ros
 from dwmr import find, read
 from dwmr.core.geometry import ahead
-from dwmr.ros.main import PARAMETERS, run
-from fuzzyctl.ros.program import main
+from dwmr.ros.main import PARAMETERS
 from tests.dwmr.ros.stub import Float64, Node, Odometry, Twist, TwistStamped, Unicycles, install
 
 FOLDER = Path(dwmr.ros.__file__).parent
@@ -34,7 +34,7 @@ def ended(monkeypatch, node, between=lambda node: None, unknown=()):
     """Run the node: exit code and calls of rclpy."""
     calls = install(monkeypatch, node, between, unknown)
     with pytest.raises(SystemExit) as stop:
-        main("formation", run)
+        runpy.run_module("dwmr.ros", run_name="__main__")
     return stop.value.code, calls
 
 
@@ -113,7 +113,7 @@ def test_arguments_that_ros_cannot_read_are_reported(monkeypatch, capsys):
 
     monkeypatch.setattr("rclpy.init", init)
     with pytest.raises(SystemExit, match="2"):
-        main("formation", run)
+        runpy.run_module("dwmr.ros", run_name="__main__")
     assert "error: failed to initialize rcl: Couldn't parse params file" in capsys.readouterr().err
 
 
@@ -166,7 +166,7 @@ def test_a_law_of_ones_own_drives(monkeypatch, short):
 
 def test_without_ros_the_program_says_what_it_needs(capsys):
     with pytest.raises(SystemExit, match="rclpy is not installed; it is a part of ROS 2"):
-        main("formation", run)
+        runpy.run_module("dwmr.ros", run_name="__main__")
 
 
 def test_the_shipped_parameters_are_the_defaults():

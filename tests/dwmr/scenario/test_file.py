@@ -5,7 +5,9 @@ import os
 
 import pytest
 
-from dwmr import find, read
+from dwmr import find, read, simulate
+from dwmr.scenario.file import UnknownScenarioError
+from fuzzyctl import ArgumentError, DiagnosticError
 from tests.dwmr import scenarios
 from tests.dwmr.process import here
 from tests.dwmr.scenarios import PAPER, mistakes, warned
@@ -41,6 +43,27 @@ def test_the_name_that_was_meant_is_suggested(write):
 
 
 class TestRead:
+    def test_takes_a_shipped_name_and_a_path(self, edited):
+        path = edited()
+        assert read("paper") == read(find("paper"))
+        assert read(str(path)) == read(path)
+        with pytest.raises(UnknownScenarioError, match="did you mean 'paper'"):
+            read("papper")
+
+    @pytest.mark.parametrize("arguments", [(None,), (b"paper",), (3,), ("paper", "run.horizon=2")])
+    def test_refuses_other_arguments(self, arguments):
+        with pytest.raises(ArgumentError):
+            read(*arguments)
+
+    def test_a_run_refuses_other_arguments(self):
+        with pytest.raises(ArgumentError, match=r"dwmr\.read"):
+            simulate("paper")
+        for arguments in ((3,), ("smc", "folder")):
+            with pytest.raises(ArgumentError):
+                simulate(read("paper"), *arguments)
+        with pytest.raises(DiagnosticError, match="nosuch"):
+            simulate(read("paper"), "nosuch")
+
     def test_holds_the_printed_numbers(self):
         scenario = read(PAPER).scenario
         leader, second = scenario.robots["leader"], scenario.robots["follower2"]

@@ -92,7 +92,7 @@ class TestRun:
     def test_runs_as_plain_python_to_the_same_numbers(self, run_paper, noise):
         code = (
             "import sys; sys.modules['numba'] = None\nimport dwmr\n"
-            "file = dwmr.read(dwmr.find('paper'), ['run.horizon=0.25', *sys.argv[1:]])\n"
+            "file = dwmr.read('paper', ['run.horizon=0.25', *sys.argv[1:]])\n"
             "for law in ('aifqsmc', 'fcafsmc', 'smc'):\n"
             "    print(repr(dwmr.simulate(file, law).values.tolist()))\n"
         )

@@ -1,70 +1,83 @@
+"""`dwmr compare`: tables, intervals, and what becomes of runs that stop."""
+
 import csv
 import dataclasses
-import io
 import json
+from types import SimpleNamespace
 
 import numpy as np
+import pyarrow.parquet
 import pytest
-from rich.console import Console
 from scipy import stats
 
 from dwmr import find
-from dwmr.cli import repetitions
-from dwmr.output.data import KEY
-from dwmr.sweep import comparison
-from dwmr.sweep.comparison import _print_ratios, _ratios, entries
-from fuzzyctl.experiments import parquet
-from fuzzyctl.experiments.sweep_plan import Run
-from fuzzyctl.experiments.sweep_workers import Outcome
 from tests.dwmr.process import here
+from tests.dwmr.scenarios import by_hand
 
 SHORT = ("--set", "run.horizon=2")
 ALONE = ("--jobs", "1")
 
 
-def outcome(number, **row):
-    columns = {
-        "stopped": False, "rmse.a.x_e": 1.0, "rmse.a.y_e": 2.0, "rmse.a.theta_e": 3.0,
-        "centre_distance.a": None, "obstacle_gap.a": None, "robot_gap.a": -0.1, "obstacles_hit.a": 0, "robots_hit.a": 1,
-        "chattering.a.v": 4.0, "chattering.a.omega": 5.0,
-    }  # fmt: skip
-    return Outcome(number, columns | row, 0.1)
+@pytest.fixture
+def entries(recorded):
+    """A function (*trajectories) -> the measures of a comparison in whose repetitions these run, by their names."""
+
+    def compare(*trajectories):
+        recorded(*trajectories)
+        options = ("--controller", "smc", "--runs", len(trajectories), *SHORT, *ALONE, "--set", "obstacles=[]")
+        stops = any(one.stop is not None for one in trajectories)
+        done = here("compare", "undisturbed", *options, "--format", "json", status=int(stops))
+        found = json.loads(done.stdout)["entries"]
+        return {one["measure"]: one for one in found if one["robot"] == "follower1"}
+
+    return compare
+
+
+#: Robots far from each other.
+APART = {"x": [0.0, 50.0, 100.0]}
+STOP = SimpleNamespace(t=0.01, robot="leader", reason="it fell over", mistake=None)
 
 
 class TestEntries:
-    def found(self, *outcomes):
-        runs = [Run(one.number, "here", find("paper"), "smc", 0, {}, ()) for one in outcomes]
-        return {one.measure: one for one in entries(runs, {one.number: one for one in outcomes})}
+    def test_average_the_runs(self, entries):
+        found = entries(by_hand(x_e=1.0, v_c=0.0, **APART), by_hand(x_e=3.0, **APART))
+        one = found["rmse.x_e"]
+        assert (one["mean"], one["n"], one["unit"]) == (2.0, 2, "m")
+        assert one["low"] == pytest.approx(2.0 - stats.t.ppf(0.975, 1))
+        assert found["chattering.omega"]["unit"] == "rad/s²"
 
-    def test_average_the_runs(self):
-        found = self.found(outcome(0, **{"rmse.a.x_e": 1.0}), outcome(1, **{"rmse.a.x_e": 3.0}))
-        assert (found["rmse.x_e"].mean, found["rmse.x_e"].n, found["rmse.x_e"].unit) == (2.0, 2, "m")
-        assert found["rmse.x_e"].low == pytest.approx(2.0 - stats.t.ppf(0.975, 1))
-        assert (found["chattering.omega"].mean, found["chattering.omega"].unit) == (5.0, "rad/s²")
+    def test_leave_runs_that_stopped_out_of_means_but_not_of_hits(self, entries):
+        found = entries(by_hand(x_e=1.0, **APART), by_hand(x_e=9.0, stop=STOP))
+        assert [found["rmse.x_e"][key] for key in ("mean", "n", "stopped")] == [1.0, 1, 1]
+        assert [found["robots_hit"][key] for key in ("mean", "n")] == [0.5, 2]
 
-    def test_leave_runs_that_stopped_out_of_means_but_not_of_hits(self):
-        bad = outcome(1, stopped=True, **{"rmse.a.x_e": 9.0, "obstacles_hit.a": 2})
-        found = self.found(outcome(0), bad)
-        assert (found["rmse.x_e"].mean, found["rmse.x_e"].n, found["rmse.x_e"].stopped) == (1.0, 1, 1)
-        assert (found["obstacles_hit"].mean, found["obstacles_hit"].n) == (0.5, 2)
-        assert (found["robots_hit"].mean, found["robots_hit"].n) == (1.0, 2)
+    @pytest.mark.parametrize(("hits", "n"), [(0, 3), (1, 3), (2, 2)])
+    def test_have_the_interval_of_a_share_by_wilson(self, entries, hits, n):
+        one = entries(*(by_hand(**({} if k < hits else APART)) for k in range(n)))["robots_hit"]
+        expected = stats.binomtest(hits, n).proportion_ci(0.95, method="wilson")
+        assert (one["mean"], one["n"]) == (pytest.approx(hits / n), n)
+        assert (one["low"], one["high"]) == pytest.approx((expected.low, expected.high), abs=1e-12)
 
-    def test_fake_no_interval(self):
-        found = self.found(outcome(0))
-        assert {(one.low, one.high) for one in found.values()} == {(None, None)}
-        assert found["centre_distance"].mean is None
-
-
-class TestVariation:
-    def test_leaves_out_what_a_scenario_does_not_have(self):
-        made = comparison.make(
-            comparison.variation(None), find("undisturbed"), ("smc",), 2, 0, None, ["disturbances=[]"]
-        )  # fmt: skip
-        varied = {key.rpartition(".")[2] for key in made.runs[0].values}
-        assert varied == {"mass", "inertia", "x_0", "y_0", "theta_0", "seed"}
+    def test_fake_no_interval(self, entries):
+        found = entries(by_hand(**APART))
+        assert {(one["low"], one["high"]) for one in found.values()} == {(None, None)}
+        assert found["centre_distance"]["mean"] is None
 
 
 class TestCommand:
+    def test_leaves_out_what_a_scenario_does_not_have(self):
+        options = ("--controller", "smc", "--runs", "2", *SHORT, *ALONE, "--format", "json")
+        found = json.loads(here("compare", "undisturbed", *options, "--set", "disturbances=[]").stdout)["entries"]
+        (one,) = [one for one in found if (one["robot"], one["measure"]) == ("leader", "rmse.x_e")]
+        assert one["low"] < one["mean"] < one["high"]
+
+    def test_has_a_table_of_the_filter_where_there_is_one(self):
+        scenarios = ("moving-obstacles", "undisturbed")
+        done = here("compare", *scenarios, "--controller", "smc", "--set", "run.horizon=1", *ALONE)
+        assert "moving-obstacles: safety filter" in done.stdout
+        assert "undisturbed: safety filter" not in done.stdout
+        assert "infeasible: moments at which no command kept a barrier" in " ".join(done.stdout.split())
+
     def test_has_a_table_for_each_scenario(self):
         done = here("compare", "paper", "undisturbed", "--controller", "smc,fcafsmc", *SHORT, *ALONE)
         assert done.stderr == ""
@@ -94,7 +107,7 @@ class TestCommand:
         assert (row["controller"], row["robot"], row["measure"], row["n"]) == ("aifqsmc", "leader", "rmse.x_e", "3")
         assert float(row["low"]) < float(row["mean"]) < float(row["high"])
         here(*arguments, "-o", tmp_path / "table.parquet")
-        columns, _ = parquet.read_table(tmp_path / "table.parquet", KEY)
+        columns = pyarrow.parquet.read_table(tmp_path / "table.parquet").to_pydict()
         assert [repr(v) for v in columns["mean"]] == [r["mean"] for r in rows]
 
     def test_takes_what_varies_from_a_spec(self, tmp_path):
@@ -140,23 +153,18 @@ class TestCommand:
         assert "other.toml" in done.stderr
 
 
-def test_no_terminal_acts_on_the_data(capfdbinary):
-    entry = comparison.Entry("here", "own", "a\x9b31m", "rmse.x_e", "m", 1, np.inf, None, None, 0)
-    repetitions._print([entry], "json", 1)
-    text = capfdbinary.readouterr().out.decode()
-    assert "a\\u009b31m" in text
-    assert json.loads(text)["entries"][0] == dataclasses.asdict(entry) | {"mean": None}
+def test_a_mean_beyond_all_bounds_is_null(recorded):
+    recorded(by_hand(x_e=[0.0, np.inf, 0.0], **APART))
+    text = here("compare", "paper", "--controller", "smc", *SHORT, *ALONE, "--format", "json").stdout
+    means = {one["robot"]: one["mean"] for one in json.loads(text)["entries"] if one["measure"] == "rmse.x_e"}
+    assert means == {"leader": 0.0, "follower1": None, "follower2": 0.0}
 
 
-def test_ratios_to_a_table_of_the_paper_are_counted(measured):
-    found = [
-        comparison.Entry("paper", "aifqsmc", robot, f"rmse.{name}", "m", 1, value, None, None, 0)
-        for robot, row in measured("aifqsmc")["rmse"].items()
-        for name, value in row.items()
-    ]
-    out = Console(width=120, record=True, file=io.StringIO())
-    _print_ratios(out, "paper", list(_ratios(found, 12)), 12)
-    said = out.export_text()
-    assert "paper: RMSE over those of Table 12 of the paper" in said
-    assert "aifqsmc: 9 of 9 within 10%, 0.90 to 1.09" in said
-    assert list(_ratios([dataclasses.replace(found[0], controller="mine")], 12)) == []
+def test_ratios_to_a_table_of_the_paper_are_counted(recorded, run_paper):
+    run = run_paper("aifqsmc")[1]
+    recorded(run, dataclasses.replace(run, controller="aifqsmc_without_layer"))
+    laws = "aifqsmc,aifqsmc_without_layer"
+    text = here("compare", "paper", "--controller", laws, *ALONE).stdout
+    assert "paper: RMSE over those of Table 12 of the paper" in text
+    assert "aifqsmc: 9 of 9 within 10%, 0.90 to 1.09" in text
+    assert text.count(" within 10%") == 1

@@ -1,5 +1,4 @@
 import dataclasses
-import json
 import os
 import signal
 import time
@@ -12,7 +11,6 @@ from dwmr import read as read_scenario
 from dwmr.sweep.robots import Robots, read_spec, unit_of
 from fuzzyctl import DiagnosticError
 from fuzzyctl.experiments import sweep_plan, sweep_workers
-from fuzzyctl.experiments.sweep_journal import describe, differences
 from fuzzyctl.experiments.sweep_variables import Variable, expand
 from fuzzyctl.experiments.sweep_workers import Setup
 
@@ -246,18 +244,6 @@ class TestResults:
     def test_know_their_units(self):
         units = {name: unit_of(name) for name in ("rmse.leader.theta_e", "chattering.f.v", "robot_gap.f", "run")}
         assert units == {"rmse.leader.theta_e": "rad", "chattering.f.v": "m/s²", "robot_gap.f": "m", "run": ""}
-
-
-class TestAbout:
-    def test_tells_scenarios_rule_files_and_sources_apart(self, tmp_path):
-        file = read(tmp_path)
-        whole = describe(file, sweep_plan.make(Robots(), file, ()), ())
-        other = describe(file, sweep_plan.make(Robots(), file, ["robot.radius=0.6"]), ["robot.radius=0.6"])
-        assert list(differences(whole, other)) == ["values of --set"]
-        assert len(whole["rules"]["ais_reaction/ais_reaction.fz"]) == 64
-        assert len(whole["versions"]["sources"]) == 64
-        assert 'name = "paper"' in whole["scenario"]["text"][0]["text"]
-        assert json.loads(json.dumps(whole)) == whole
 
 
 def test_a_sweep_that_is_terminated_while_it_checks_says_so(dwmr, tmp_path, monkeypatch):

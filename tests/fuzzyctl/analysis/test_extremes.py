@@ -95,7 +95,7 @@ def test_of_a_piecewise_linear_system_the_bound_is_attained():
 
 @pytest.mark.parametrize("name", ["curves", "minimum", "centroid"])
 def test_bounds_and_slopes_do_not_depend_on_a_clock(name, monkeypatch):
-    monkeypatch.setattr("fuzzyctl.analysis.work.now", lambda: pytest.fail("the time is read"))
+    monkeypatch.setattr("fuzzyctl.analysis.work.clock.now", lambda: pytest.fail("the time is read"))
     (first,), (second,) = (extents(SYSTEMS[name], timeout=0.05) for _ in range(2))
     assert first == second
 

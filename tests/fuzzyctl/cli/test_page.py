@@ -480,6 +480,6 @@ def test_no_other_claim_is_begun_when_the_time_of_a_page_is_spent(tmp_path, monk
     text = f"system a\ninput x in [0, 10]\n{sets}  b = triangle(0.6, 0.8, 1)\n{rules}"
     file.write_text(text + "require u <= 0.97\n", encoding="utf-8")
     for step in (0.0, 10.0):
-        monkeypatch.setattr("fuzzyctl.analysis.work.now", itertools.count(step=step).__next__)
+        monkeypatch.setattr("fuzzyctl.analysis.work.clock.now", itertools.count(step=step).__next__)
         seen.append(written(tmp_path / "x.html", file, code=3 if step else 0)[1]["sections"][0]["verdicts"][0][0])
     assert seen == ["proved", "undecided"]

@@ -79,7 +79,7 @@ def test_time_is_for_all_bounds_together_and_the_lack_of_it_is_said(write):
 def test_json_is_complete_wherever_the_time_ends(step, write, monkeypatch):
     path = write(BELLS)
     clock = itertools.count(step=step)
-    monkeypatch.setattr("fuzzyctl.analysis.work.used", lambda: next(clock))
+    monkeypatch.setattr("fuzzyctl.analysis.work.clock.used", lambda: next(clock))
     result = run("--bounds", path, "--timeout", "0.5", "--format", "json")
     assert result.exit_code == 0, result.output
     data = json.loads(result.stdout, parse_constant=lambda name: pytest.fail(f"JSON knows no {name}"))
@@ -142,7 +142,7 @@ def test_reading_a_large_system_is_part_of_the_time(text, least, most, write, mo
 
 def test_reading_is_part_of_the_time_of_a_controller(write, monkeypatch):
     clock, times = iter([10.0, 12.5]), []
-    monkeypatch.setattr("fuzzyctl.analysis.work.used", lambda: next(clock))
+    monkeypatch.setattr("fuzzyctl.analysis.work.clock.used", lambda: next(clock))
     monkeypatch.setattr("fuzzyctl.analysis.induction.bounds.controller_bounds", lambda _, t: times.append(t) or {})
     run("--bounds", write(LAG.format("", "x")))
     assert times == [1.25]

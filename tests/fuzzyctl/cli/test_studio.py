@@ -41,7 +41,7 @@ def built(tmp_path, monkeypatch):
 @pytest.fixture
 def installed(tmp_path, monkeypatch):
     """Make fuzzyctl an installed one, beside which other packages can be put."""
-    monkeypatch.setattr("fuzzyctl.support.shipped._PACKAGE", tmp_path / "site" / "fuzzyctl")
+    monkeypatch.setattr("fuzzyctl.support.files._PACKAGE", tmp_path / "site" / "fuzzyctl")
     monkeypatch.syspath_prepend(tmp_path / "site")
     return tmp_path / "site"
 

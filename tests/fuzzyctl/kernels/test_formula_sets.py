@@ -6,9 +6,8 @@ import runpy
 import numpy as np
 import pytest
 
-from fuzzyctl import DiagnosticError, as_profile, compile, dump, load, loads
+from fuzzyctl import Defuzzifier, DiagnosticError, as_profile, compile, dump, load, loads
 from fuzzyctl.kernels.compile import degrees
-from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.testing import run_command
 from tests import sizes
 

@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from fuzzyctl import DiagnosticError, loads
+from fuzzyctl import And, DiagnosticError, Is, Not, loads
 from fuzzyctl import compile as compile_system
 from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.expr import Name
-from fuzzyctl.model.rule import And, Is, Not
 from tests.sizes import examples
 
 BACKENDS = ("python", "numpy")

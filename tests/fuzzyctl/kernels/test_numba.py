@@ -144,7 +144,7 @@ class TestCache:
             linecache.checkcache()
             names = {"__name__": "module", "__file__": str(path)}
             exec(compile(text, str(path), "exec"), names)
-            return disk_cache.kept(numba.njit(names["twice"]))
+            return disk_cache.with_disk_cache(numba.njit(names["twice"]))
 
         first = twice()
         assert (first(2.5), first(3)) == (5.0, 6)

@@ -139,6 +139,10 @@ class TestOtherForms:
         assert kernel.batch({"food": food, "service": food}).shape == (2,)
         assert kernel.batch({"food": food, "service": NamedAxes(2.0, [])}).shape == (2,)
 
+    def test_a_column_that_occurs_twice_is_refused(self, kernel):
+        with pytest.raises(ArgumentError, match="column 'food' occurs 2 times"):
+            kernel.batch(pd.DataFrame(VALUES)[["food", "service", "food"]])
+
     @pytest.mark.parametrize(
         "records",
         [

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from fuzzyctl import as_profile, compile, loads, output_bounds
+from fuzzyctl import Defuzzifier, as_profile, compile, loads, output_bounds
 from fuzzyctl.expr import Name
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.program.scalar import scalar_function
-from fuzzyctl.model.method import Defuzzifier
 from tests import sizes
 from tests.fuzzyctl.kernels.joined import build, evaluated, parsed
 from tests.properties.running import quick

@@ -2,9 +2,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.testing import check_text
+from tests.golden.answers import formatted
 
 #: Lines of blocks as they are typed, and as they are laid out.
 PAIRS = [
@@ -65,10 +64,6 @@ require m <= 2 %
 """,
     ),
 ]
-
-
-def formatted(text):
-    return format_source(SourceText("t", text))
 
 
 class TestFormat:

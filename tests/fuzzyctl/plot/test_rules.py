@@ -153,3 +153,8 @@ class TestInputsBeyond:
 
     def test_an_output_without_a_value_says_so(self):
         assert names(drawn(self.TEXT.format(" extrapolate"), 13.0)[-1]) == ["no value"]
+
+
+def test_a_trace_draws_itself():
+    trace = fuzzyctl.why(fuzzyctl.loads(HEDGED), x=4)
+    assert len(trace.plot()[0].figure.axes) == len(drawn(HEDGED, 4))

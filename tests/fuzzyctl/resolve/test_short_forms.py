@@ -5,15 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fuzzyctl import build, dumps, load, loads
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.testing import run_command
+from tests.layout import laid_out
 
 
 def read(text):
     """A system that is the same after it has been printed, and after it has been formatted."""
     system = loads(text)
-    assert loads(dumps(system)) == system == loads(format_source(SourceText("", text)))
+    assert loads(dumps(system)) == system == loads(laid_out(text))
     return system
 
 
@@ -67,7 +66,7 @@ if e is P and de is A then u is high
 
     def test_items_are_formatted_without_blanks(self):
         text = self.TEXT.replace("low=-0.5 high=0.5", "low = - 2 * h   high=( h + 1 )* h / 2")
-        assert "  terms low=-2*h high=(h + 1)*h/2\n" in format_source(SourceText("", text))
+        assert "  terms low=-2*h high=(h + 1)*h/2\n" in laid_out(text)
 
     @pytest.mark.parametrize(
         ("function", "short", "long"),

@@ -6,9 +6,8 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl import DiagnosticError, ValueOutOfBoundsError, dumps, loads
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.testing import check_text
+from tests.layout import laid_out
 
 
 def with_settings(changed, *lines):
@@ -132,9 +131,9 @@ class TestRuleBlocks:
     def test_a_block_prints_as_it_is_written(self):
         text = dumps(loads(BLOCKS + FAST + RULE + MIRRORED))
         assert f"\n\n{FAST}\n{RULE}{MIRRORED}" in text
-        assert format_source(SourceText("t", text)) == text
+        assert laid_out(text) == text
         typed = "rules  fast   and product activation  highest( count = 1 )\n" + RULE
-        assert format_source(SourceText("t", typed)) == "rules fast and product activation highest(count=1)\n" + RULE
+        assert laid_out(typed) == "rules fast and product activation highest(count=1)\n" + RULE
 
     def test_a_block_that_starts_before_several_systems_ends_at_the_first(self):
         shared = "input e in [-1, 1]\n  terms N P\noutput u in [-1, 1]\n  terms N P\nrules a and product\n"

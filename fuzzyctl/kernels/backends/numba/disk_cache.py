@@ -41,7 +41,7 @@ def native(signature: str, **options: Any) -> Callable[[Callable[..., Any]], Any
     """
 
     def decorate(function: Callable[..., Any]) -> Any:
-        compiled = kept(numba.njit(**options)(function))
+        compiled = with_disk_cache(numba.njit(**options)(function))
         compiled.compile(signature)
         compiled.disable_compile()
         return compiled
@@ -49,7 +49,7 @@ def native(signature: str, **options: Any) -> Callable[[Callable[..., Any]], Any
     return decorate
 
 
-def kept(function: Any) -> Any:
+def with_disk_cache(function: Any) -> Any:
     """Have the machine code of a function of numba kept on disk from now on, where a folder can be written to."""
     with contextlib.suppress(OSError, RuntimeError):  # which numba raises where there is none
         cache, named = _Cache(function.py_func), numba.config.CACHE_DIR

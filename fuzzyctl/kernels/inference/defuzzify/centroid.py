@@ -62,7 +62,7 @@ def exact_centroid(builder: Builder, output: OutputPlan, heights: Sequence[Heigh
 
 
 def unit_of(output: OutputPlan) -> float:
-    """Return the unit of lengths: 1, or a power of two of the size of a range whose square is no number."""
+    """Return the unit of lengths: 1, or a power of two of the size of a range whose square is not a number."""
     width = output.upper - output.lower
     return 1.0 if _SMALL < width < _LARGE else math.ldexp(1.0, math.frexp(width)[1] - 1)
 

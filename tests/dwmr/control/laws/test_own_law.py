@@ -3,7 +3,6 @@
 import json
 import re
 import shutil
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dwmr.control.laws.python_law import reported
 from tests.dwmr.process import dwmr, in_short
 
 PAGE = Path(__file__).parents[4] / "docs" / "how-to" / "add-a-controller.md"
@@ -149,6 +147,9 @@ def test_that_raises_in_compiled_code_names_its_line_and_keeps_what_was_recorded
     assert "IndexError: index 9" in swept.stderr
 
 
-def test_an_interruption_while_a_law_works_stays_one():
-    with pytest.raises(KeyboardInterrupt), reported("mine", Path(__file__), "run"):
-        signal.raise_signal(signal.SIGINT)
+def test_an_interruption_while_a_law_works_stays_one(folder):
+    made = raising(folder, "interrupted", "checked", "signal.raise_signal(signal.SIGINT)")
+    law = made / "proportional.py"
+    law.write_text("import signal\n" + law.read_text(encoding="utf-8"), encoding="utf-8")
+    done = in_short("run", "mine.toml", *SHORT, "-o", "out", cwd=made, status=130)
+    assert done.stderr == "interrupted\n"

@@ -56,7 +56,7 @@ def test_steps_hold_exact_solutions(name, start, begin):
         for share in (Fraction(0), MILLI, Fraction(1, 2), Fraction(7, 8), Fraction(1)):
             value = exact(place, arb(Fraction(step) * share), arb(Fraction(begin)))
             assert holds(over, over_at(over, [e], share), value, box)
-    width = (lambda form: np.subtract(*ends(form)[::-1])[0])
+    width = lambda form: np.subtract(*ends(form)[::-1])[0]
     assert width(end) <= 1.5 * width(x) + 1e-5  # and not everything
 
 
@@ -164,7 +164,10 @@ def test_a_jump_beside_a_disturbance_is_refused():
 
 def test_solutions_agree_with_a_precise_solver():
     """A pendulum on a cart, over one hundred steps and two boxes."""
-    derivatives = ["x1", "(9.81 * sin(x0) - cos(x0) * (u + 0.05 * x1 ** 2 * sin(x0)) / 1.1) / (2 / 3 - cos(x0) ** 2 / 22)"]
+    derivatives = [
+        "x1",
+        "(9.81 * sin(x0) - cos(x0) * (u + 0.05 * x1 ** 2 * sin(x0)) / 1.1) / (2 / 3 - cos(x0) ** 2 / 22)",
+    ]
     falling = flow(*derivatives, constants=["u"])
     x = [np.array([[0.1, 0.0, 0.01, 0.0], [-2.0, 0.0, 0.01, 0.0]]), np.array([[0.0, 0.0, 0.0, 0.1]] * 2)]
 

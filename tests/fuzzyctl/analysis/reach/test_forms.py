@@ -201,4 +201,6 @@ def test_a_box_of_several_is_the_box_alone():
             assert forms.radius(together)[k] <= forms.radius(function(rows[k : k + 1]))[0] * (1 + 1e-12)
             for e in (-1, 1, Fraction(1, 3)):
                 middle = at(function(rows[k : k + 1]), [e])
-                assert abs(at(together, [e], 0, k) - middle) <= Fraction(float(together[k, 1])) * 2 + Fraction(1, 10**12)
+                assert abs(at(together, [e], 0, k) - middle) <= Fraction(float(together[k, 1])) * 2 + Fraction(
+                    1, 10**12
+                )

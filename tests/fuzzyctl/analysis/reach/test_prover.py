@@ -70,7 +70,10 @@ def test_a_claim_at_an_instant_between_samples_is_about_it():
 
 def test_the_command_of_the_last_sample_is_in_the_claim():
     """A controller that jumps at the end of the time of a claim, or at its begin."""
-    text = TANK.replace("output v = clamp(k * e + s, -0.5, 1)", "state n = 0\nnext n = n + 1\noutput v = where(n >= 3, 0.5, 0.1) + 0 * e")
+    text = TANK.replace(
+        "output v = clamp(k * e + s, -0.5, 1)",
+        "state n = 0\nnext n = n + 1\noutput v = where(n >= 3, 0.5, 0.1) + 0 * e",
+    )
     claims = ["require always law.v <= 0.2 until 0.3 s", "require always law.v <= 0.2 until 0.29 s",
               "require always law.v >= 0.4 from 0.3 s", "require always law.v >= 0.4 from 0.29 s"]  # fmt: skip
     text = text[: text.rindex("run")].replace("for law.k in [1, 2]\n", "") + "run 0.6 s\n"
@@ -103,7 +106,9 @@ def test_what_is_proved_for_ever_is_true_for_ever(plant, family, limit, true):
 def test_a_set_that_turns_comes_back_into_itself_only_if_it_shrinks():
     plant = "state v = 0\nder x = v\nder v = {} - x"
     for friction, true in (("-0.5 * v", True), ("0.001 * v", False)):
-        loop = alone(plant.format(friction), "for p.x in [-1, 1]", "run 10 s step 100 ms", "require always abs(p.y) <= 3 forever")
+        loop = alone(
+            plant.format(friction), "for p.x in [-1, 1]", "run 10 s step 100 ms", "require always abs(p.y) <= 3 forever"
+        )
         prover = LoopProver(loop, 3.0)
         prover.__dict__["_refuted"] = {}
         assert isinstance(prover.verdict(loop.guarantees[0]), Proved) == true
@@ -120,7 +125,8 @@ def test_a_fuzzy_loop_is_proved_for_ever():
 
 
 @pytest.mark.parametrize(
-    ("range_", "proved"), [("[0, 2]", True), ("[0, 1.5]", False), ("[0, 2)", False), ("[1, 3]", True), ("(1, 3]", False)]
+    ("range_", "proved"),
+    [("[0, 2]", True), ("[0, 1.5]", False), ("[0, 2)", False), ("[1, 3]", True), ("(1, 3]", False)],
 )
 def test_a_state_that_leaves_its_range_breaks_all_claims(range_, proved):
     text = ALONE.replace("state x = 1", f"state x in {range_} = 1")
@@ -129,7 +135,9 @@ def test_a_state_that_leaves_its_range_breaks_all_claims(range_, proved):
         text = text.replace("run 1 s", "run 0.9 s" if range_ == "[0, 2]" else "run 1 s")
     if range_ in ("[1, 3]", "(1, 3]"):
         text = text.replace("= 1\n", "= 1\n", 1)
-    assert proofs(loads(text, block="l")) == [proved] or (range_ == "[1, 3]" and proofs(loads(text, block="l")) == [False])
+    assert proofs(loads(text, block="l")) == [proved] or (
+        range_ == "[1, 3]" and proofs(loads(text, block="l")) == [False]
+    )
 
 
 @pytest.mark.parametrize(

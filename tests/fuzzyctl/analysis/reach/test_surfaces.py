@@ -20,7 +20,9 @@ from tests.shipped import rules_folder
 RULES = rules_folder()
 NAMES = ["loops/pendulum", "loops/water_tank", "boundary_layer", "ais_reaction", "fcafsmc", "tipper"]
 DIRECTIONS = st.tuples(st.integers(-1024, 1024), st.integers(-1024, 1024), st.integers(-1024, 1024))
-PARALLEL = st.sampled_from([(1000, 500, 250), (1001, 500, 250), (-1000, -500, -250), (1000, 0, 0), (0, 1000, 0), (0, 0, 0)])
+PARALLEL = st.sampled_from(
+    [(1000, 500, 250), (1001, 500, 250), (-1000, -500, -250), (1000, 0, 0), (0, 1000, 0), (0, 0, 0)]
+)
 
 
 @st.composite

@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 
 import fuzzyctl
-from fuzzyctl.codegen.files import generate, sources
+from fuzzyctl.codegen.files import sources
 from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.testing import check_text
 from tests.fuzzyctl.codegen.conftest import STRICT
@@ -179,14 +179,14 @@ def _by_program(files, rows, folder, flags, kind, **numbers):
 
 def by_c(units: Sequence, rows: Sequence, folder, flags=("-O1",), **numbers):
     """Compile several controllers into one program, and return the outputs of each over its rows."""
-    return _by_program([sources(u, "c") for u in units], rows, folder, flags, ("double", np.float64), **numbers)
+    return by_doubles([sources(u, "c") for u in units], rows, folder, flags, **numbers)
+
+
+def by_doubles(files: Sequence, rows: Sequence, folder, flags=("-O1",), **numbers):
+    """Compile files of floating point into one program, and return the outputs of each block over its rows."""
+    return _by_program(files, rows, folder, flags, ("double", np.float64), **numbers)
 
 
 def by_integers(files: Sequence, rows: Sequence, folder, flags=("-O1",)):
     """Compile files of fixed point into one program, and return the integers of the outputs over integer rows."""
     return _by_program(files, rows, folder, flags, ("int32_t", np.int32))
-
-
-def by_fixed_c(steps: Sequence, rows: Sequence, folder, flags=("-O1",)):
-    """Compile fixed-point steps into one program, and return the integers of the outputs of each over integer rows."""
-    return by_integers([generate(s.unit, "c", s).files for s in steps], rows, folder, flags)

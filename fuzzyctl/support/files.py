@@ -1,4 +1,4 @@
-"""Files: those shipped in a wheel or an editable install, and the reading of texts and numbers."""
+"""Rule files: the shipped ones and their names, and the reading of texts and numbers."""
 
 from __future__ import annotations
 
@@ -221,13 +221,12 @@ def record_file(path: str | os.PathLike[str]) -> None:
         record[os.fspath(path)] = Path(path).read_bytes()
 
 
-def read_stream(stream: BinaryIO, name: str, *, max_bytes: int = MAX_BYTES) -> SourceText:
-    """Read a stream as text, as `read_source` reads a file; `name` is shown in diagnostics."""
-    return decode(read_bytes(stream, name, max_bytes=max_bytes), name)
-
-
 def read_bytes(stream: BinaryIO, name: str, *, max_bytes: int = MAX_BYTES) -> bytes:
-    """Read a stream as `read_stream` does, without decoding it."""
+    """Read a stream, without decoding it; `name` is shown in diagnostics.
+
+    Raises:
+        DiagnosticError: For more than `max_bytes`.
+    """
     data = stream.read(max_bytes + 1)
     if len(data) > max_bytes:
         message = f"the file is larger than {max_bytes:,} bytes"

@@ -1,4 +1,4 @@
-"""Programs of a loop, and the function of a whole run that they are printed as."""
+"""Programs of a loop, and the function of a whole run that they are printed as: samples, and steps of RK4 between."""
 
 from __future__ import annotations
 
