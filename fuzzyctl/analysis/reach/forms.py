@@ -361,25 +361,36 @@ def powered(a: Value, exponent: float) -> Value:
 
 
 def ramp(a: Value) -> Value:
-    """Return max(a, 0), with the exact error of the secant."""
-    if isinstance(a, float):
-        return max(a, 0.0)
-    low, high = ends(a)
-    above, below = low >= 0.0, high <= 0.0
-    if bool(np.all(above)):
-        return a
-    width = np.where(high > low, high - low, 1.0)
-    slope = np.where(above, 1.0, np.where(below, 0.0, np.clip(high / width, 0.0, 1.0)))
-    gap = np.where(above | below, 0.0, np.maximum(-slope * low, 0.0))  # of the secant over the kink
-    middle = np.where(above, a[..., 0], np.where(below, 0.0, slope * (a[..., 0] - low) - 0.5 * gap))
-    return on_line(a, slope, middle, 0.5 * gap + _PRODUCT * np.where(above | below, 0.0, np.abs(low) + np.abs(high)))
+    """Return max(a, 0)."""
+    return larger(a, 0.0)
+
+
+def absolute(a: Value) -> Value:
+    """Return |a|."""
+    return larger(a, negative(a))
 
 
 def larger(a: Value, b: Value) -> Value:
-    """Return max(a, b)."""
+    """Return max(a, b), with the exact error of the secant.
+
+    With d = a - b in [l, h] and a share s in [0, 1] max(a, b) - s a - (1 - s) b = max(d, 0) - s d is convex in d: it is
+    0 at d = 0, and largest at an end, where it is (1 - s) h or -s l.
+    """
     if isinstance(a, float) and isinstance(b, float):
         return max(a, b)
-    return plus(b, ramp(minus(a, b)))
+    low, high = ends(minus(a, b))
+    if bool(np.all(low >= 0.0)):
+        return a
+    if bool(np.all(high <= 0.0)):
+        return b
+    a, b = aligned(as_form(a), as_form(b))
+    inside = (low < 0.0) & (high > 0.0)
+    share = np.where(inside, high / np.where(inside, high - low, 1.0), low >= 0.0)
+    gap = np.where(inside, np.maximum((1.0 - share) * high, -share * low) * (1.0 + _SUM), 0.0)
+    out = share[..., None] * a + (1.0 - share[..., None]) * b
+    out[..., 0] += 0.5 * gap
+    out[..., 1] += 0.5 * gap
+    return padded(out, share * _size(a) + (1.0 - share) * _size(b) + gap)
 
 
 def smaller(a: Value, b: Value) -> Value:

@@ -137,10 +137,11 @@ class ReachableSets:
             time = k * step
             flags = [1.0 if k % n == 0 else 0.0 for n in equations.rates.values()]
             columns = [float(v) for v in self.given[k]] if self.columns else []
-            results = Series(self.sample, [time, *x, *m, *free, *columns, *flags, *acting]).extend()
+            known = [_number(a) for a in m]
+            results = Series(self.sample, [time, *x, *known, *free, *columns, *flags, *acting]).extend()
             held, updates = results[: len(self.held)], results[len(self.held) :]
             other = [v for n, v in zip(self.columns, columns, strict=True) if n not in self.held]
-            constants: list[Value] = [*held, *free, *other, *m]
+            constants: list[Value] = [*held, *free, *other, *known]
             if k + 1 == equations.samples and periods is None:
                 yield Step(time, 0.0, self._truths([time, *x, *constants, *acting]), x, m)
                 return
@@ -172,6 +173,11 @@ class ReachableSets:
                     return
                 before, rows = rows if changed is rows else [], changed
             x, m = rows[: len(x)], rows[len(x) :]
+
+
+def _number(a: Form) -> Value:
+    """Return a form of one number as this number: what is counted stays exact."""
+    return float(a[0, 0]) if not a[:, 1:].any() and bool(np.all(a[:, 0] == a[0, 0])) else a
 
 
 def _over(begin: float, length: float, width: int) -> Form:

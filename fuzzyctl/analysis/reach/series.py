@@ -273,7 +273,7 @@ class Series:
                 return forms.powered(parts[0], node.detail)
             case "abs":
                 self.choices[at] = self._sure(at, _signs(self._inner(node, parts[0])))
-                return minus(scaled(forms.ramp(parts[0]), 2.0), parts[0])
+                return forms.absolute(parts[0])
             case "min" | "max":
                 open_end = next((k for k in (0, 1) if isinstance(parts[k], float) and math.isinf(parts[k])), None)
                 if open_end is not None:  # as in clamp(x, 0, inf)

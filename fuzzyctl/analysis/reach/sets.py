@@ -132,6 +132,7 @@ class Parallelotope:
         return bool(np.all((inside + rounding) * (1.0 + 1e-12) <= 1.0 - wrong))
 
 
+@np.errstate(all="ignore")
 def _boxed(g: Form, scale: Form, motion: tuple[Form, Form] | None) -> tuple[Form, Form]:
     """Return the columns of a parallelotope that holds a zonotope, and what rounding adds to each signal."""
     sized = g / scale[:, None]

@@ -1,0 +1,111 @@
+"""Each way in which the sets could be too small breaks a test."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[3]
+
+#: What is broken, its module, a text of it and what takes its place, and the tests that find it.
+MUTANTS = {
+    "a polynomial has no remainder": (
+        "flow", "scaled(hulled(rest), step ** len(coefficients)) if", "0.0 if", "flow"),
+    "the remainder is that of the begin": (
+        "flow", "whole = Series(self.nodes, [_clock(time, step), *tube,", "whole = Series(self.nodes, [_clock(time, step), *map(hulled, x),",
+        "flow"),
+    "a tube is not checked": (
+        "flow", "if attempt and all(", "if attempt or all(", "flow"),
+    "a tube is that of a shorter step": (
+        "flow", "np.minimum(step * slow, 0.0)", "np.minimum(0.5 * step * slow, 0.0)", "flow"),
+    "time does not pass within a step": (
+        "flow", "[1.0 if k == 0 else 0.0,", "[0.0,", "flow"),
+    "a step has one time": (
+        "flow", "interval(np.array([time]), np.array([time + step]))", "interval(np.array([time]), np.array([time]))", "flow"),
+    "half of what a disturbance does": (
+        "flow", "return np.asarray(total * (1.0 + 1e-12)", "return np.asarray(total * 0.5", "flow"),
+    "a disturbance does not spread": (
+        "flow", "growth = largest[:, :n].copy()", "growth = 0.0 * largest[:, :n]", "flow"),
+    "the slope over a step has no width": (
+        "flow", "total[..., 1] += forms.radius(slope)", "total[..., 1] += 0.0", "flow"),
+    "a sine has no top": (
+        "forms", "np.where(top | wide, 1.0,", "np.where(wide, 1.0,", "forms"),
+    "a cosine is a shifted sine": (
+        "forms", "(np.cos(low), np.cos(high)) if", "(np.sin(low + shift), np.sin(high + shift)) if", "forms"),
+    "a secant has no error": (
+        "forms", "error = 0.5 * (above - below) +", "error = 0.0 * (above - below) +", "forms"),
+    "a maximum has no gap": (
+        "forms", "-share * low) * (1.0 + _SUM), 0.0)", "-share * low) * 0.0, 0.0)", "forms"),
+    "a product is linear": (
+        "forms", "np.maximum(ra * rb - 0.5 * np.abs(both).sum(-1), 0.0)", "0.0 * ra", "forms"),
+    "squares lie in the middle": (
+        "forms", "np.maximum(ra * rb - 0.5 * np.abs(both).sum(-1), 0.0)", "np.maximum(ra * rb - np.abs(both).sum(-1), 0.0)", "forms"),
+    "sums do not round": (
+        "forms", "_SUM: Final = 8 * 2.0**-53", "_SUM: Final = 0.0", "forms"),
+    "a root has half its error": (
+        "forms", "0.5 * above * (1.0 + 1e-12) +", "0.25 * above +", "forms"),
+    "a choice forgets errors": (
+        "forms", "either[..., 1] += 0.5 * np.abs(first[..., 1] - second[..., 1])", "either[..., 1] += 0.0", "forms"),
+    "constants do not round": (
+        "forms", "            return near(total)", "            return total", "forms"),
+    "a jump is not seen": (
+        "series", '(node.kind == "compare" and not _decided(table[at][0]))', "False", "series flow"),
+    "a bend is not seen": (
+        "series", "if not _decided((yes, no)) and not (", "if False and not (", "series"),
+    "a bend takes its own side": (
+        "series", "    if whole is None:\n        return own", "    return own", "series"),
+    "a plane has no error": (
+        "surfaces", "error[box] = 0.5 * (best[1] - best[0]) +", "error[box] = 0.0 * (best[1] - best[0]) +", "surfaces"),
+    "a plane is not cut at knots": (
+        "surfaces", "y = np.concatenate([low[:, None], y, high[:, None]], 1)", "y = np.stack([low, high], 1)", "surfaces"),
+    "corners of a slab are missed": (
+        "surfaces", "return np.where((begin <= lowest[0]) & (lowest[0] <= end), lowest[1], at_side)", "return at_side", "surfaces"),
+    "corners are where rounding puts them": (
+        "surfaces", "_ASIDE: Final = 1e-12", "_ASIDE: Final = 0.0", "surfaces"),
+    "a system always has a value": (
+        "surfaces", "        if bool(np.any(gaps)):\n", "        if False:\n", "surfaces"),
+    "slopes are those at the centre": (
+        "surfaces", "spread = 0.5 * (above - below) *", "spread = 0.0 * (above - below) *", "surfaces"),
+    "generators are dropped": (
+        "sets", "new[k, :, k] = errors[k]", "new[k, :, k] = 0.0", "sets"),
+    "a box is as long as its longest": (
+        "sets", "lengths = np.abs(inside).sum(1)", "lengths = np.abs(inside).max(1)", "sets"),
+    "a reduced set forgets what rounding leaves": (
+        "sets", "rest = np.abs(sized - basis @ inside).sum(1) + 1e-15", "rest = 0.0 * np.abs(sized).sum(1) + 0.0", "sets"),
+    "a set that is a little wider lies inside": (
+        "sets", "<= 1.0 - wrong", "<= 1.1 - wrong", "sets prover"),
+    "what stays does not count": (
+        "sets", "stacked[:, 2 : 2 + width] - self.kept]", "0.0 * self.kept]", "sets"),
+    "a slow controller runs always": (
+        "reach", "1.0 if k % n == 0 else 0.0", "1.0", "reach"),
+    "memory stays": (
+        "reach", "for u in map(as_form, updates)]", "for u in m]", "reach"),
+    "the last step of a claim is missed": (
+        "prover", "last = min(end + sample_times(self.loop)[0],", "last = min(end,", "prover"),
+    "states may leave their ranges": (
+        "prover", "np.broadcast_to(~_within(state, low, high), count)", "np.zeros(count, bool)", "prover"),
+}  # fmt: skip
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", MUTANTS)
+def test_a_set_that_is_too_small_is_found(name):
+    module, old, new, files = MUTANTS[name]
+    mutant = json.dumps([f"fuzzyctl.analysis.reach.{module}", old, new])
+    tests = [str(HERE / f"test_{f}.py") for f in files.split()]
+    command = [sys.executable, "-m", "pytest", "-p", "tests.fuzzyctl.analysis.reach.mutant", "-n", "0", "-q", "-x", *tests]
+    done = subprocess.run(
+        command, cwd=ROOT, env=os.environ | {"FUZZYCTL_REACH_MUTANT": mutant}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1, done.stdout[-2000:] + done.stderr[-2000:]
+    assert "places in" not in done.stdout + done.stderr
+
+
+def test_each_mutant_has_its_place():
+    folder = ROOT / "fuzzyctl" / "analysis" / "reach"
+    for module, old, _, _ in MUTANTS.values():
+        assert (folder / f"{module}.py").read_text(encoding="utf-8").count(old) == 1, old
