@@ -115,7 +115,7 @@ class Loop(EquationBlock):
     @property
     def family(self) -> dict[str, Bounds]:
         """The ranges of the numbers in which members differ, by name: those of `varied`, then the disturbances."""
-        return {item.name: item.bounds for item in (*self.varied, *self.disturbances)}
+        return {v.name: v.bounds for v in self.varied} | {d.name: d.bounds for d in self.disturbances}
 
     def declared(self, name: str) -> tuple[EquationBlock, Param | State | Disturbance] | None:
         """Return the param, state or disturbance of a name, behind the block that declares it; None for none.

@@ -176,7 +176,7 @@ class _Loop(Statements):
         """The numbers in which members of a family may differ."""
         names = list(self.context.params)
         for instance, block in self._blocks():
-            names += [f"{instance}.{item.name}" for item in (*block.states, *block.params)]
+            names += [f"{instance}.{s.name}" for s in block.states] + [f"{instance}.{p.name}" for p in block.params]
         return dict.fromkeys(names)
 
     def _blocks(self) -> Iterator[tuple[str, EquationBlock]]:

@@ -117,10 +117,10 @@ class Experiment(Displayed):
         self._lags: dict[int, DeadTimes] = {}
         #: Columns of the record by name.
         self.positions = {name: k for k, name in enumerate(self.equations.signals)}
-        states = (self.equations.plant_states, self.equations.states)
+        states = [[s.name for s in self.equations.plant_states], [s.name for s in self.equations.states]]
         #: Free starts by their positions in the vector of free numbers, and among the states of plants, of controllers.
         self._starts = [
-            [(list(free).index(s.name), k) for k, s in enumerate(group) if s.name in free] for group in states
+            [(list(free).index(name), k) for k, name in enumerate(names) if name in free] for names in states
         ]
         self._arguments = [k for k, name in enumerate(free) if name in self.equations.free]
         plants = {p.name: p.results for p in loop.plants}

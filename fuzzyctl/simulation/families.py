@@ -11,6 +11,7 @@ from fuzzyctl.expr import span_of
 from fuzzyctl.model.block import Bounds, Param, ParamValues
 from fuzzyctl.model.checks.blocks import computed, ends_of
 from fuzzyctl.model.checks.terms import inside
+from fuzzyctl.model.controller import State
 from fuzzyctl.model.loop import Always, Disturbance, Loop, Varied
 from fuzzyctl.model.shared_params import with_values
 from fuzzyctl.simulation.loop_params import timing_params
@@ -75,8 +76,9 @@ def _within(
     if declaration is None:
         return
     _, declared = declaration
-    expr = declared.expression if isinstance(declared, Param) else getattr(declared, "start", None) or declared.nominal
-    value = computed(expr, values)
+    match declared:
+        case Param(expression=expr) | State(start=expr) | Disturbance(nominal=expr):
+            value = computed(expr, values)
     if isinstance(value, Diagnostic):
         if isinstance(item, Disturbance):
             yield value

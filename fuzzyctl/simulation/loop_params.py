@@ -162,10 +162,14 @@ def _with_starts(loop: Loop, starts: Mapping[str, float]) -> Loop:
         states = (replace(s, start=Number(v)) if (v := values[s.name]) is not None else s for s in block.states)
         is_shared = [i.controller for i in loop.instances].count(block.name) > 1
         name = f"{instance.name}.{block.name.rpartition('.')[2]}" if is_shared else block.name
-        changed, kind = replace(block, name=name, states=tuple(states)), f"{block.kind}s"
-        blocks = (*(b for b in getattr(loop, kind) if b.name != name), changed)
         instances = tuple(replace(i, controller=name) if i is instance else i for i in loop.instances)
-        loop = replace(loop, instances=instances, **{kind: blocks})
+        loop = replace(loop, instances=instances)
+        if isinstance(block, Plant):
+            plant = replace(block, name=name, states=tuple(states))
+            loop = replace(loop, plants=(*(p for p in loop.plants if p.name != name), plant))
+        elif isinstance(block, Controller):
+            controller = replace(block, name=name, states=tuple(states))
+            loop = replace(loop, controllers=(*(c for c in loop.controllers if c.name != name), controller))
     return loop
 
 
