@@ -177,3 +177,17 @@ class TestLaws:
         (before, mistakes), (after, more) = check_text(text), check_text(formatted(text))
         assert [d.code for d in mistakes] == [d.code for d in more]
         assert before == after
+
+
+def test_claims_about_every_instant_keep_their_parentheses():
+    head = "loop l\nblock p = p(1)\nrun 1 s\n"
+    text = (
+        f"{head}require   always (p.y<=1) and -1<=p.y   from (2 s) until 5 s\n"
+        'disturbance  w in (-1,1]  unit "m" =0\nfor p.x in [ 0,1 ]\n'
+    )
+    laid = (
+        f"{head}require always (p.y <= 1) and -1 <= p.y from (2 s) until 5 s\n"
+        'disturbance w in (-1, 1] unit "m" = 0\nfor p.x in [0, 1]\n'
+    )
+    assert format_source(SourceText("t", text)) == laid
+    assert format_source(SourceText("t", laid)) == laid
