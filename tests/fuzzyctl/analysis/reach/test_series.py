@@ -29,9 +29,7 @@ CURVES = {
     "abs(x) + max(x, -1) - min(x, 7, 8)": lambda x: (1 if x[0] > 0 else -1) * x + (x if x[0] > -1 else -1) - x,
     "where(x > 0, x ** 2, sin(x))": lambda x: x * x if x[0] > 0 else x.sin(),
     "clip(x, -10, 10) * exp(0.3)": lambda x: x * arb(Fraction(0.3)).exp(),
-    "sqrt(2) * x + log(3) + sin(1) - cos(1)": lambda x: (
-        x * arb(2).sqrt() + arb(3).log() + arb(1).sin() - arb(1).cos()
-    ),
+    "sqrt(2) * x + log(3) + sin(1) - cos(1)": lambda x: x * arb(2).sqrt() + arb(3).log() + arb(1).sin() - arb(1).cos(),
 }
 #: Of order 0 and 1 of the curves; one symbol is that of both, and those of higher order are numbers.
 STARTS = [
