@@ -106,6 +106,9 @@ class LoopProver:
         last = min(end + sample_times(self.loop)[0], number(self.loop.duration))
         loop = self.loop if math.isinf(end) else replace(self.loop, duration=Number(last))
         equations = loop_equations(loop, conditions, params)
+        if loop.step is not None and not equations.given and all(c.period is not None for c in loop.controllers):
+            # Nothing happens at samples between those of the controllers.
+            equations = loop_equations(replace(loop, step=None), conditions, params) if loop.controllers else equations
         given = np.zeros((equations.samples, 0))
         if equations.given:
             from fuzzyctl.simulation.experiment import Experiment
@@ -126,7 +129,11 @@ class LoopProver:
             elif claim.forever:
                 self._verdicts[position] = self._forever(claim)
             else:
-                finite = {k: c for k, c in enumerate(self.own) if isinstance(c, Always) and not c.forever}
+                finite = {
+                    k: c
+                    for k, c in enumerate(self.own)
+                    if isinstance(c, Always) and not c.forever and k not in self._refuted
+                }
                 self._verdicts |= dict(zip(finite, self._for_a_time(list(finite.values())), strict=True))
         return replace(self._verdicts[position], span=claim.span)
 

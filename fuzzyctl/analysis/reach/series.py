@@ -289,6 +289,11 @@ class Series:
             case "compare":
                 a, b = (self.coefficients[p][0] for p in node.parts)
                 own = _compared(node.detail, a, b, lambda difference: self._inner(node, difference))
+                if node.detail in ("==", "!="):
+                    same = self._same(*node.parts)
+                    yes, no = own if node.detail == "==" else own[::-1]
+                    yes, no = yes | same, no & ~same
+                    own = (yes, no) if node.detail == "==" else (no, yes)
                 return _taken(own, self.whole.coefficients[at][0] if self.whole else None)
             case "logic":
                 return _joined(node.detail, [self.coefficients[p][0] for p in node.parts])
@@ -375,6 +380,16 @@ class Series:
         if not isinstance(table[at][0], float) and any(not _is_zero(p[k]) for p in parts):
             raise NotSmoothError
         return 0.0
+
+    def _same(self, a: int, b: int, depth: int = 6) -> Mask:
+        """Return where two nodes are one value, since choices that are made pass it on, as in x != clamp(x, 0, 1)."""
+        same = np.array([a == b])
+        for one, other in ((a, b), (b, a)):
+            node = self.nodes.nodes[other]
+            if depth and node.kind in ("min", "max", "where"):
+                for part, sure in zip(node.parts[-2:], self.choices[other], strict=True):
+                    same = same | (sure & self._same(one, part, depth - 1))
+        return same
 
     def _picked(self, at: int, a: Value, b: Value) -> Value:
         yes, no = self.choices[at]

@@ -70,7 +70,8 @@ state T = 0
 der T = u + where(T > 0.3, -0.5, 0.25) - T
 output y = T
 loop l
-let r = steps(0: 0.2, 0.5 s: 0.6) + 0.1 * pulse(0.72 s, 0.9 s) + ramp(begin=1 s, end=1.3 s, low=0, high=-0.3) + 0.05 * sin(3 * t)
+let down = ramp(begin=1 s, end=1.3 s, low=0, high=-0.3)
+let r = steps(0: 0.2, 0.5 s: 0.6) + 0.1 * pulse(0.72 s, 0.9 s) + down + 0.05 * sin(3 * t)
 block law = law(r, heater.y)
 block heater = heater(law.u)
 for heater.T in [0, 0.125]

@@ -16,7 +16,9 @@ MUTANTS = {
     "a polynomial has no remainder": (
         "flow", "scaled(hulled(rest), step ** len(coefficients)) if", "0.0 if", "flow"),
     "the remainder is that of the begin": (
-        "flow", "whole = Series(self.nodes, [_clock(time, step), *tube,", "whole = Series(self.nodes, [_clock(time, step), *map(hulled, x),",
+        "flow",
+        "whole = Series(self.nodes, [_clock(time, step), *tube,",
+        "whole = Series(self.nodes, [_clock(time, step), *map(hulled, x),",
         "flow"),
     "a tube is not checked": (
         "flow", "if attempt and all(", "if attempt or all(", "flow"),
@@ -25,7 +27,10 @@ MUTANTS = {
     "time does not pass within a step": (
         "flow", "[1.0 if k == 0 else 0.0,", "[0.0,", "flow"),
     "a step has one time": (
-        "flow", "interval(np.array([time]), np.array([time + step]))", "interval(np.array([time]), np.array([time]))", "flow"),
+        "flow",
+        "interval(np.array([time]), np.array([time + step]))",
+        "interval(np.array([time]), np.array([time]))",
+        "flow"),
     "half of what a disturbance does": (
         "flow", "return np.asarray(total * (1.0 + 1e-12)", "return np.asarray(total * 0.5", "flow"),
     "a disturbance does not spread": (
@@ -43,7 +48,10 @@ MUTANTS = {
     "a product is linear": (
         "forms", "np.maximum(ra * rb - 0.5 * np.abs(both).sum(-1), 0.0)", "0.0 * ra", "forms"),
     "squares lie in the middle": (
-        "forms", "np.maximum(ra * rb - 0.5 * np.abs(both).sum(-1), 0.0)", "np.maximum(ra * rb - np.abs(both).sum(-1), 0.0)", "forms"),
+        "forms",
+        "np.maximum(ra * rb - 0.5 * np.abs(both).sum(-1), 0.0)",
+        "np.maximum(ra * rb - np.abs(both).sum(-1), 0.0)",
+        "forms"),
     "sums do not round": (
         "forms", "_SUM: Final = 8 * 2.0**-53", "_SUM: Final = 0.0", "forms"),
     "a root has half its error": (
@@ -61,9 +69,15 @@ MUTANTS = {
     "a plane has no error": (
         "surfaces", "error[box] = 0.5 * (best[1] - best[0]) +", "error[box] = 0.0 * (best[1] - best[0]) +", "surfaces"),
     "a plane is not cut at knots": (
-        "surfaces", "y = np.concatenate([low[:, None], y, high[:, None]], 1)", "y = np.stack([low, high], 1)", "surfaces"),
+        "surfaces",
+        "y = np.concatenate([low[:, None], y, high[:, None]], 1)",
+        "y = np.stack([low, high], 1)",
+        "surfaces"),
     "corners of a slab are missed": (
-        "surfaces", "return np.where((begin <= lowest[0]) & (lowest[0] <= end), lowest[1], at_side)", "return at_side", "surfaces"),
+        "surfaces",
+        "return np.where((begin <= lowest[0]) & (lowest[0] <= end), lowest[1], at_side)",
+        "return at_side",
+        "surfaces"),
     "corners are where rounding puts them": (
         "surfaces", "_ASIDE: Final = 1e-12", "_ASIDE: Final = 0.0", "surfaces"),
     "a system always has a value": (
@@ -75,7 +89,10 @@ MUTANTS = {
     "a box is as long as its longest": (
         "sets", "lengths = np.abs(inside).sum(1)", "lengths = np.abs(inside).max(1)", "sets"),
     "a reduced set forgets what rounding leaves": (
-        "sets", "rest = np.abs(sized - basis @ inside).sum(1) + 1e-15", "rest = 0.0 * np.abs(sized).sum(1) + 0.0", "sets"),
+        "sets",
+        "rest = np.abs(sized - basis @ inside).sum(1) + 1e-15",
+        "rest = 0.0 * np.abs(sized).sum(1) + 0.0",
+        "sets"),
     "a set that is a little wider lies inside": (
         "sets", "<= 1.0 - wrong", "<= 1.1 - wrong", "sets prover"),
     "what stays does not count": (
@@ -97,9 +114,25 @@ def test_a_set_that_is_too_small_is_found(name):
     module, old, new, files = MUTANTS[name]
     mutant = json.dumps([f"fuzzyctl.analysis.reach.{module}", old, new])
     tests = [str(HERE / f"test_{f}.py") for f in files.split()]
-    command = [sys.executable, "-m", "pytest", "-p", "tests.fuzzyctl.analysis.reach.mutant", "-n", "0", "-q", "-x", *tests]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-p",
+        "tests.fuzzyctl.analysis.reach.mutant",
+        "-n",
+        "0",
+        "-q",
+        "-x",
+        *tests,
+    ]
     done = subprocess.run(
-        command, cwd=ROOT, env=os.environ | {"FUZZYCTL_REACH_MUTANT": mutant}, capture_output=True, text=True, check=False
+        command,
+        cwd=ROOT,
+        env=os.environ | {"FUZZYCTL_REACH_MUTANT": mutant},
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 1, done.stdout[-2000:] + done.stderr[-2000:]
     assert "places in" not in done.stdout + done.stderr

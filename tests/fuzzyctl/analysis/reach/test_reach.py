@@ -79,7 +79,7 @@ def test_sets_hold_the_runs_of_members(name):
 def test_sets_hold_runs_whose_disturbance_pushes_to_a_side():
     """The side is that of a plane through the states, which turns: a search for the worst."""
     loop = loop_of(DISTURBED)
-    _, sets, samples, _ = enclosed(loop)
+    *_, samples, _ = enclosed(loop)
     gain = np.array([[1 - 2 * 0.05**2, 0.05 * (1 - 3 * 0.05 / 2)], [-0.2, 1 - 0.15]])
     for period in (1, 5, 20, 60):
         for direction in ((1, 0), (-1, 0), (0, 1), (1, -1)):
@@ -146,7 +146,8 @@ def test_several_boxes_at_once_are_the_boxes_alone():
 
 
 def test_states_with_constant_rates_go_with_several_boxes():
-    text = "plant p\nstate a = 0\nstate b = 0\nder a = 1\nder b = a\noutput y = b\nloop l\nblock p = p()\nfor p.b in [0, 1]\nrun 1 s step 100 ms\n"
+    plant = "plant p\nstate a = 0\nstate b = 0\nder a = 1\nder b = a\noutput y = b\n"
+    text = plant + "loop l\nblock p = p()\nfor p.b in [0, 1]\nrun 1 s step 100 ms\n"
     prover = LoopProver(loads(text, block="l"), 100.0)
     sets = prover._sets([], 1.0)
     low, high = (np.tile(e, (3, 1)) for e in prover._family())
@@ -160,8 +161,8 @@ DEAD_TIME = TANK.replace("loop l", "plant lag = tf(num=[1], den=[1, 1], delay=0.
 
 
 def test_loops_whose_states_are_not_all_known_are_refused():
+    equations = loop_equations(loads(DEAD_TIME, block="l"))
     with pytest.raises(DomainError, match="dead time"):
-        equations = loop_equations(loads(DEAD_TIME, block="l"))
         ReachableSets(equations, 0, np.zeros((equations.samples, 0)))
     equations = loop_equations(loads(TANK, block="l"))
     with pytest.raises(DomainError, match="missing"):

@@ -139,7 +139,8 @@ def test_planes_of_all_systems_hold_their_values(data, system):
 
 
 def test_a_set_where_no_rule_may_fire_is_refused():
-    text = "system s\ninput a in [0, 4]\n  L = triangle(0, 1, 2)\noutput u in [0, 1]\n  K = triangle(0, 0.5, 1)\nif a is L then u is K\n"
+    text = "system s\ninput a in [0, 4]\n  L = triangle(0, 1, 2)\noutput u in [0, 1]\n  K = triangle(0, 0.5, 1)\n"
+    text += "if a is L then u is K\n"
     for otherwise in ("", "error", "nan"):
         system = loads(text.replace("output u in [0, 1]", f"output u in [0, 1] {'else ' * bool(otherwise)}{otherwise}"))
         assert SystemSurface(system)([np.array([[1.0, 0.02]])])
