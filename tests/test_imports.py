@@ -35,7 +35,7 @@ ORDER = [
 ]
 #: The same for the sub-packages of packages.
 SUBORDER = {
-    "analysis": [["coverage", "multilinear"], ["branch_and_bound"], ["induction"]],
+    "analysis": [["coverage", "multilinear"], ["branch_and_bound"], ["induction", "reach"]],
     "codegen": [["fixed", "fmu"]],
     "formats": [["common"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"]],

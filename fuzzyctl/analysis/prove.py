@@ -89,7 +89,7 @@ def prove(
     timeout: float = TIMEOUT,
     progress: Progress | None = None,
 ) -> Verdicts:
-    """Prove the guarantees of a rule file, a system or a controller, for all inputs in their ranges.
+    """Prove the guarantees of a rule file, a system or a controller for all inputs in their ranges, or of a loop.
 
     Inputs that extrapolate run over all real numbers. Others are clamped, so that a claim that names outputs at the
     inputs as they are, and no inputs, also holds for all real numbers; a claim or a condition that names an input is
@@ -99,9 +99,12 @@ def prove(
     Claims of a controller are about every step that a run from its start may come to; ranges of its states and outputs
     are claims, too. A range of a state is proved by induction: it holds the start, and no step leaves it.
 
+    Claims of a loop are about every instant of every member of its family, the plants solved exactly. A refuted one has
+    a member as its witness, whose run breaks it.
+
     Args:
-        path: The `.fz` file, the system, or the controller.
-        block: Name of the system or controller; None for the only system, or the only controller.
+        path: The `.fz` file, the system, the controller, or the loop.
+        block: Name of the system, controller or loop; None for the only one of the first kind that the file has.
         timeout: Seconds that one guarantee may take.
         progress: Called now and then during a long proof.
 
@@ -111,7 +114,7 @@ def prove(
 
     Raises:
         DiagnosticError: For a file with mistakes.
-        ArgumentError: For an object that is not a path, system or controller, and for other arguments of a wrong type.
+        ArgumentError: For an object that is not a path, system, controller or loop, and for other arguments of a wrong type.
         ValueOutOfBoundsError: For a negative timeout.
     """
     timeout = arguments.seconds("'timeout'", timeout)

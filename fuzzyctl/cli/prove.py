@@ -73,6 +73,7 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
 
     Each one is proved for all inputs, refuted by a point that is evaluated, or left undecided with a
     reason. For controllers, the ranges of states and outputs are proved, too, for every step that a run can reach.
+    Claims of loops, 'require always' and 'require stable', are proved for all members of a family.
     Exit code 1 if one is refuted or a file has mistakes, 3 if one is undecided.
 
     --bounds prints for each output an interval that contains every number that a kernel returns, for any inputs; for a
@@ -82,6 +83,7 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
     \b
     fuzzyctl prove tipper ais_reaction
     fuzzyctl prove ais_reaction --set k_s=0.6
+    fuzzyctl prove upright
     fuzzyctl prove ais_reaction --bounds
     """
     if bounds:

@@ -82,7 +82,7 @@ def simulate(
     fuzzyctl simulate water_tank
     fuzzyctl simulate water_tank --set law.GU=2 -o out
     fuzzyctl simulate water_tank --against mathworks_tank
-    fuzzyctl simulate pendulum --corners
+    fuzzyctl simulate upright --corners
 
     All loops of a file are run, or the one that --block names. A plant in Python is executed, and so
     is the native code of an FMU.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, Literal
 
 from fuzzyctl.analysis.bounds import output_bounds
@@ -60,7 +60,8 @@ def lights(document: Document) -> list[Light]:
         if isinstance(s, sx.System | sx.Head):
             name, kind = s.name.text, "system" if isinstance(s, sx.System) else s.keyword.text
         elif isinstance(s, sx.Require) and s.span.source.name == document.source.name:
-            rows.append(_light(document, s.span, name, kind))
+            light = _light(document, s.span, name, kind)
+            rows.append(replace(light, text="'fuzzyctl prove' decides it") if isinstance(s, sx.Always) else light)
     return rows
 
 
