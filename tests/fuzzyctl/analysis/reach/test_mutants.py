@@ -39,8 +39,6 @@ MUTANTS = {
         "flow", "total[..., 1] += forms.radius(slope)", "total[..., 1] += 0.0", "flow"),
     "a sine has no top": (
         "forms", "np.where(top | wide, 1.0,", "np.where(wide, 1.0,", "forms"),
-    "a cosine is a shifted sine": (
-        "forms", "(np.cos(low), np.cos(high)) if", "(np.sin(low + shift), np.sin(high + shift)) if", "forms"),
     "a secant has no error": (
         "forms", "error = 0.5 * (above - below) +", "error = 0.0 * (above - below) +", "forms"),
     "a maximum has no gap": (
