@@ -343,6 +343,9 @@ class Series:
                 return negative(parts[0][k])
             case "+":
                 return plus(parts[0][k], parts[1][k])
+            case "*" if node.parts[0] == node.parts[1]:
+                twice = scaled(_convolved(parts[0], parts[0], range((k + 1) // 2), k), 2.0)
+                return twice if k % 2 else plus(twice, times(parts[0][k // 2], parts[0][k // 2]))
             case "*":
                 return _convolved(parts[0], parts[1], range(k + 1), k)
             case "/":

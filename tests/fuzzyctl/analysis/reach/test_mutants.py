@@ -76,8 +76,6 @@ MUTANTS = {
         "return np.where((begin <= lowest[0]) & (lowest[0] <= end), lowest[1], at_side)",
         "return at_side",
         "surfaces"),
-    "corners are where rounding puts them": (
-        "surfaces", "_ASIDE: Final = 1e-12", "_ASIDE: Final = 0.0", "surfaces"),
     "a system always has a value": (
         "surfaces", "        if bool(np.any(gaps)):\n", "        if False:\n", "surfaces"),
     "slopes are those at the centre": (
