@@ -35,7 +35,7 @@ def with_symbols(rows: Sequence[Form]) -> list[Form]:
 
 def is_long(rows: Sequence[Form], kept: int) -> bool:
     """Return whether signals have so many symbols that they are reduced."""
-    return max(r.shape[-1] for r in rows) - 2 - kept > MOST * len(rows)
+    return bool(max(r.shape[-1] for r in rows) - 2 - kept > MOST * len(rows))
 
 
 def reduced(rows: Sequence[Form], kept: int, motion: tuple[Form, Form] | None = None) -> list[Form]:
