@@ -32,6 +32,8 @@ Table = Callable[[Sequence[Value]], list[Value]]
 #: Of boxes where a condition surely holds, and where it surely does not.
 Truths = tuple[Mask, Mask]
 
+#: Functions of numbers that are computed once.
+_ARITHMETIC: Final = frozenset({"number", "negative", "+", "*", "/", "exp", "log", "sqrt", "power"})
 #: Functions that jump.
 STEPS: Final = frozenset({LAST_ENTRY, "sign", "floor", "ceil", "round", "mod", "fmod", "atan2"})
 
@@ -69,6 +71,8 @@ class Nodes:
         self.nodes: list[_Node] = []
         self.names: dict[str, int] = {}
         self._known: dict[Any, int] = {}
+        #: Values of nodes that depend on numbers only, computed once.
+        self.fixed: dict[int, Value] = {}
         #: Positions of the nodes that depend on the time only.
         self.timed: set[int] = set()
         for name in inputs:
@@ -221,11 +225,16 @@ class Series:
                 table[at].append(value)
         else:
             order = 0
+        fixed = self.nodes.fixed
         for at, node in enumerate(self.nodes.nodes):
-            if node.kind != "input":
+            if at in fixed:
+                table[at].append(fixed[at] if order == 0 else 0.0)
+            elif node.kind != "input":
                 if len(table[at]) > order:  # computed with its pair
                     continue
                 table[at].append(self._first(at, node) if order == 0 else self._next(at, node, order))
+                if order == 0 and node.kind in _ARITHMETIC and all(self._is_number(p) for p in node.parts):
+                    fixed[at] = table[at][0]
         return [table[at][order] for at in self.nodes.values]
 
     def may_jump(self) -> bool:
@@ -322,7 +331,7 @@ class Series:
         return np.stack([middle, half], -1)
 
     def _is_number(self, at: int) -> bool:
-        return self.nodes.nodes[at].kind == "number"
+        return self.nodes.nodes[at].kind == "number" or at in self.nodes.fixed
 
     def _next(self, at: int, node: _Node, k: int) -> Any:
         table = self.coefficients
@@ -339,6 +348,9 @@ class Series:
                 return negative(parts[0][k])
             case "+":
                 return plus(parts[0][k], parts[1][k])
+            case "*" if node.parts[0] == node.parts[1]:
+                twice = scaled(_convolved(parts[0], parts[0], range((k + 1) // 2), k), 2.0)
+                return twice if k % 2 else plus(twice, times(parts[0][k // 2], parts[0][k // 2]))
             case "*":
                 return _convolved(parts[0], parts[1], range(k + 1), k)
             case "/":

@@ -74,7 +74,9 @@ def test_a_claim_at_an_instant_between_samples_is_about_it():
         "require always p.y <= 1.299 from 0.3 s until 0.3 s",
         "require always p.y <= 1.41 until 0.3 s",
     ]
-    assert proofs(alone("der x = 1", "run 1 s step 100 ms", *claims)) == [False, True, False, True, False, True]
+    lines = "der x = 1", "run 1 s step 100 ms"
+    assert proofs(alone(*lines, *claims)) == [False, True, False, True, False, True]
+    assert [proofs(alone(*lines, c))[0] for c in claims] == [False, True, False, True, False, True]
 
 
 def test_the_command_of_the_last_sample_is_in_the_claim():

@@ -161,7 +161,14 @@ def test_slabs_hold_a_plane_set(data, knots, tilt, shift):
     x[0] += shift
     cuts, low, high = _slabs(x, y, np.array(sorted(k / 1024 for k in knots)))
     assert (np.diff(cuts) >= 0).all()
-    for symbols, own in corners_and_others([x[None], y[None]], np.random.default_rng(0)):
+    places = list(corners_and_others([x[None], y[None]], np.random.default_rng(0)))
+    for angle in np.linspace(0, 2 * np.pi, 16):  # corners of the polygon
+        towards = np.cos(angle) * x[1:] / (np.abs(x[1:]).sum() or 1.0) + np.sin(angle) * y[1:] / (
+            np.abs(y[1:]).sum() or 1.0
+        )
+        signs = [1 if t >= 0 else -1 for t in towards[1:]]
+        places.append((signs, [np.sign(np.cos(angle)).astype(int).item(), np.sign(np.sin(angle)).astype(int).item()]))
+    for symbols, own in places:
         px, py = at(x[None], symbols, own[0]), at(y[None], symbols, own[1])
         slab = [k for k in range(len(low)) if cuts[k] <= px <= cuts[k + 1]]
         assert slab
