@@ -114,7 +114,8 @@ def prove(
 
     Raises:
         DiagnosticError: For a file with mistakes.
-        ArgumentError: For an object that is not a path, system, controller or loop, and for other arguments of a wrong type.
+        ArgumentError: For an object that is not a path, system, controller or loop, and for other arguments of another
+            type.
         ValueOutOfBoundsError: For a negative timeout.
     """
     timeout = arguments.seconds("'timeout'", timeout)

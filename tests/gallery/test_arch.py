@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 import fuzzyctl
+from fuzzyctl import Experiment, Proved
 from fuzzyctl.analysis.reach import prover
 from fuzzyctl.analysis.reach.forms import ends
 from fuzzyctl.analysis.reach.prover import LoopProver
 from fuzzyctl.analysis.reach.reach import ReachableSets
-from fuzzyctl.analysis.verdicts import Proved
 from fuzzyctl.simulation.expansion import loop_equations
-from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.members import members
 from gallery import pages
 from tests import sizes

@@ -84,7 +84,7 @@ class Flow:
             constants: Values that stay as they are over the step.
 
         Returns:
-            Forms at the end, with errors of their own, and forms over the step, in which the last symbol is the time.
+            Forms at the end, with independent errors, and forms over the step, in which the last symbol is the time.
 
         Raises:
             NoTubeError: If no enclosure of the solutions is proved.

@@ -1,6 +1,6 @@
 """Affine forms over shared symbols, rounded outward, for many boxes at once.
 
-A form is an array whose last axis holds the centre c, the radius r of an error of its own, and a coefficient for each
+A form is an array whose last axis holds the centre c, the radius r of an independent error, and a coefficient for each
 symbol: the set of c + r e + g1 e1 + ... + gp ep for all e in [-1, 1]. Forms with the same symbols are correlated. An
 interval is a form without symbols. Numbers are exact constants: operations on them that round return intervals.
 
@@ -187,7 +187,7 @@ def _times_interval(a: Form, b: Form) -> Form:
 
 
 def on_line(a: Form, slope: Any, offset: Any, error: Any) -> Form:
-    """Return offset + slope (a - centre of a) + an error of its own; slope and offset have one number for each box."""
+    """Return offset + slope (a - centre of a) + an independent error; slope and offset have one number for each box."""
     out = np.asarray(a * np.asarray(slope)[..., None])
     out[..., 1] = np.abs(out[..., 1]) + error
     out[..., 0] = offset
@@ -399,7 +399,7 @@ def smaller(a: Value, b: Value) -> Value:
 
 
 def chosen(yes: Mask, no: Mask, a: Value, b: Value) -> Value:
-    """Return a where a condition surely holds, b where it surely does not, else the hull of both."""
+    """Return a in boxes in which a condition surely holds, b in those in which it fails, else the hull."""
     if bool(np.all(yes)):
         return a
     if bool(np.all(no)):

@@ -32,7 +32,7 @@ from fuzzyctl.simulation.sample_times import ALIGNED, sample_times
 #: Most boxes that a family is cut into, and boxes that are enclosed at once.
 MOST_BOXES: Final = 600
 _TOGETHER: Final = 8
-#: Boxes of which a verdict shows the ends.
+#: Most open boxes that a verdict shows.
 _SHOWN: Final = 3
 #: Numbers of periods at which a set is replaced by a parallelotope that later sets may lie in.
 _ANCHORS: Final = frozenset(round(100 * 1.6**k) for k in range(24))
@@ -58,7 +58,7 @@ class Dimension:
 
 @dataclass
 class _Claim:
-    """A claim with the times that it speaks of, and what is open about it."""
+    """A claim, its times, and the boxes for which it is open."""
 
     claim: Always
     begin: float
@@ -80,7 +80,7 @@ class LoopProver:
     Args:
         loop: The loop.
         timeout: Seconds that the claims about finite times may take together, and each other claim.
-        progress: Called now and then with what is being done, boxes that are settled, and boxes that are open.
+        progress: Called now and then with a text and the numbers of settled and of open boxes.
     """
 
     def __init__(self, loop: Loop, timeout: float, progress: Progress | None = None) -> None:
@@ -90,7 +90,7 @@ class LoopProver:
 
     @cached_property
     def dimensions(self) -> list[Dimension]:
-        """What varies over the family: params, then starts."""
+        """The numbers in which members differ: params, then starts."""
         number, starts = self.loop.number, starts_of(self.loop)
         dimensions = [
             Dimension(v.name, number(v.bounds.lower), number(v.bounds.upper), v.name if v.name in starts else "")
@@ -102,19 +102,19 @@ class LoopProver:
         params = [d.name for d in self.dimensions if not d.state]
         number = self.loop.number
         conditions = [loosened(c.claim, 0.0 if c.within is None else number(c.within)) for c in claims]
-        # Up to the sample at the end, or behind it.
+        # Up to the sample at the end, or the next one.
         last = min(end + sample_times(self.loop)[0], number(self.loop.duration))
         loop = self.loop if math.isinf(end) else replace(self.loop, duration=Number(last))
         equations = loop_equations(loop, conditions, params)
         if loop.step is not None and not equations.given and all(c.period is not None for c in loop.controllers):
             # Nothing happens at samples between those of the controllers.
             equations = loop_equations(replace(loop, step=None), conditions, params) if loop.controllers else equations
-        given = np.zeros((equations.samples, 0))
+        columns = np.zeros((equations.samples, 0))
         if equations.given:
             from fuzzyctl.simulation.experiment import Experiment
 
-            given = Experiment(loop, "python").given
-        return ReachableSets(equations, len(conditions), given)
+            columns = Experiment(loop, "python").given
+        return ReachableSets(equations, len(conditions), columns)
 
     def verdict(self, claim: Always | Stable) -> Verdict:
         """Return the verdict on one of the claims in `own`."""
@@ -141,17 +141,17 @@ class LoopProver:
     def _unsuited(self) -> str:
         """Why no set of the loop is enclosed, an empty text if it may be."""
         if any(p.external for p in self.loop.plants):
-            return "a plant is a program, of which no enclosure is known"
+            return "a plant is a program, which cannot be enclosed"
         params = [d.name for d in self.dimensions if not d.state]
         fixed = [name for name in params if not can_be_free(self.loop, name)]
         if fixed:
             return f"'{fixed[0]}' cannot vary in a proof: a constant such as the start of a state depends on it"
         equations = loop_equations(self.loop, free=params)
         if equations.delays:
-            return "the loop has dead time, whose enclosure is not known"
+            return "the loop has dead time, which cannot be enclosed yet"
         return next(
             (
-                f"system '{item.system.name}' keeps a state of its own, whose enclosure is not known"
+                f"system '{item.system.name}' keeps a state, which cannot be enclosed yet"
                 for item in equations.body
                 if isinstance(item, Evaluation) and item.states
             ),
@@ -166,8 +166,8 @@ class LoopProver:
         order = [k for k, c in enumerate(self.own) if isinstance(c, Always)]
         refuted: dict[int, Refuted] = {}
         for member, run in zip(drawn, runs(self.loop, drawn), strict=True):
-            kept = run.requirements[len(self.loop.requirements) :]
-            for k, requirement in zip(order, kept, strict=True):
+            judged = run.requirements[len(self.loop.requirements) :]
+            for k, requirement in zip(order, judged, strict=True):
                 if requirement.verdict == KEPT[False] and k not in refuted:
                     refuted[k] = self._refutation(k, member, requirement)
             if len(refuted) == len(order) or clock.used() > until:
@@ -300,9 +300,9 @@ class LoopProver:
             boxes = "1 box" if claim.proved == 1 else f"{claim.proved} boxes"
             return Proved(text, note=f"for all members, in {boxes}")
         first = min(claim.open, key=lambda o: o[2])
-        shown = [self._sides(low, high) for low, high, _, _ in claim.open[:_SHOWN]]
+        sides = [self._sides(low, high) for low, high, _, _ in claim.open[:_SHOWN]]
         reason = f"at t = {first[2]:.6g} s {first[3]}"
-        return Undecided(text, reason, tuple(shown), len(claim.open))
+        return Undecided(text, reason, tuple(sides), len(claim.open))
 
     def _sides(self, low: Form, high: Form) -> dict[str, Side]:
         return {d.name: Side(float(a), float(b)) for d, a, b in zip(self.dimensions, low, high, strict=True)}

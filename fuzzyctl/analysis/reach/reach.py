@@ -35,7 +35,7 @@ class Step:
     Args:
         time: At its begin [s].
         length: Its length [s].
-        truths: Of each condition where it surely holds over the step, and where it surely does not.
+        truths: For each condition masks of the boxes in which it surely holds, and surely fails, over the step.
         states: Forms of the plants' states over it.
         memory: Forms of the controllers' states over it.
     """
@@ -84,8 +84,8 @@ class ReachableSets:
         claims = [equations.signals[f"#{k}"] for k in range(count)]
         derivatives: list[Expr] = [s.derivative for s in equations.plant_states]
         # A claim may use functions that are not smooth: the flow has only the equations that the derivatives need.
-        (between, held), (claimed, compared) = reached(equations, derivatives), reached(equations, claims)
-        self.held = list(dict.fromkeys([*held, *compared]))
+        (between, inputs), (claimed, compared) = reached(equations, derivatives), reached(equations, claims)
+        self.held = list(dict.fromkeys([*inputs, *compared]))
         shared = [TIME, *plant]
         acting = dict(equations.disturbances)
         body = [i for i in equations.body if isinstance(i, Evaluation) or i.name not in acting]
@@ -127,7 +127,7 @@ class ReachableSets:
                 returns the states to go on with, or None to end a run that has no other end.
 
         Raises:
-            DomainError, NoTubeError: If no enclosure is known.
+            DomainError, NoTubeError: If no enclosure is values.
         """
         equations, step = self.equations, self.equations.step
         before: list[Form] = []
@@ -137,11 +137,11 @@ class ReachableSets:
             time = k * step
             flags = [1.0 if k % n == 0 else 0.0 for n in equations.rates.values()]
             columns = [float(v) for v in self.given[k]] if self.columns else []
-            known = [_number(a) for a in m]
-            results = Series(self.sample, [time, *x, *known, *free, *columns, *flags, *acting]).extend()
-            held, updates = results[: len(self.held)], results[len(self.held) :]
+            values = [_number(a) for a in m]
+            results = Series(self.sample, [time, *x, *values, *free, *columns, *flags, *acting]).extend()
+            outputs, updates = results[: len(self.held)], results[len(self.held) :]
             other = [v for n, v in zip(self.columns, columns, strict=True) if n not in self.held]
-            constants: list[Value] = [*held, *free, *other, *known]
+            constants: list[Value] = [*outputs, *free, *other, *values]
             if k + 1 == equations.samples and periods is None:
                 yield Step(time, 0.0, self._truths([time, *x, *constants, *acting]), x, m)
                 return
@@ -176,7 +176,7 @@ class ReachableSets:
 
 
 def _number(a: Form) -> Value:
-    """Return a form of one number as this number: what is counted stays exact."""
+    """Return a form of one number as this number, so that counters stay exact."""
     return float(a[0, 0]) if not a[:, 1:].any() and bool(np.all(a[:, 0] == a[0, 0])) else a
 
 

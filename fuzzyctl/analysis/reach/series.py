@@ -29,7 +29,7 @@ from fuzzyctl.simulation.signals import SAME
 
 #: A table of a system: returns its outputs for the values of its inputs.
 Table = Callable[[Sequence[Value]], list[Value]]
-#: Of boxes where a condition surely holds, and where it surely does not.
+#: Masks of the boxes in which a condition surely holds, and of those in which it surely fails.
 Truths = tuple[Mask, Mask]
 
 #: Functions of numbers that are computed once.
@@ -39,7 +39,7 @@ STEPS: Final = frozenset({LAST_ENTRY, "sign", "floor", "ceil", "round", "mod", "
 
 
 class NotSmoothError(Exception):
-    """Raised if a derivative of higher order is needed where a choice is open."""
+    """Raised if a derivative of higher order is needed while a choice is open."""
 
 
 @dataclass(slots=True)
@@ -250,7 +250,7 @@ class Series:
         return False
 
     def truths(self) -> list[Truths]:
-        """Return of each condition where it surely holds, and where it surely does not; after order 0."""
+        """Return for each condition masks of the boxes in which it surely holds, and surely fails; after order 0."""
         return [self.coefficients[at][0] for at in self.nodes.conditions]
 
     def _first(self, at: int, node: _Node) -> Any:
@@ -297,13 +297,13 @@ class Series:
                 return join(parts[0], parts[1])
             case "compare":
                 a, b = (self.coefficients[p][0] for p in node.parts)
-                own = _compared(node.detail, a, b, lambda difference: self._inner(node, difference))
+                truths = _compared(node.detail, a, b, lambda difference: self._inner(node, difference))
                 if node.detail in ("==", "!="):
                     same = self._same(*node.parts)
-                    yes, no = own if node.detail == "==" else own[::-1]
+                    yes, no = truths if node.detail == "==" else truths[::-1]
                     yes, no = yes | same, no & ~same
-                    own = (yes, no) if node.detail == "==" else (no, yes)
-                return _taken(own, self.whole.coefficients[at][0] if self.whole else None)
+                    truths = (yes, no) if node.detail == "==" else (no, yes)
+                return _taken(truths, self.whole.coefficients[at][0] if self.whole else None)
             case "logic":
                 return _joined(node.detail, [self.coefficients[p][0] for p in node.parts])
             case "where":
@@ -323,7 +323,7 @@ class Series:
         return _taken(own, self.whole.choices[at] if self.whole else None)
 
     def _inner(self, node: _Node, value: Value) -> Value:
-        """Return a range without what lies beside its ends, if it depends on the time only."""
+        """Return a range without the slack at its ends, if it depends on the time only."""
         if isinstance(value, float) or not all(p in self.nodes.timed or self._is_number(p) for p in node.parts):
             return value
         low, high = ends(value)
@@ -441,7 +441,7 @@ def _signs(a: Value) -> Truths:
 
 
 def _compared(op: str, a: Value, b: Value, inner: Callable[[Value], Value]) -> Truths:
-    """Return where a comparison surely holds, and where it surely does not."""
+    """Return masks of the boxes in which a comparison surely holds, and surely fails."""
     if a is b and op in ("!=", "=="):
         certain = np.array([True])
         return (certain, ~certain) if op == "==" else (~certain, certain)

@@ -34,7 +34,7 @@ def with_symbols(rows: Sequence[Form]) -> list[Form]:
 
 
 def is_long(rows: Sequence[Form], kept: int) -> bool:
-    """Return whether signals have so many symbols that they are reduced."""
+    """Return whether signals have enough symbols to reduce them."""
     return bool(max(r.shape[-1] for r in rows) - 2 - kept > MOST * len(rows))
 
 
@@ -42,7 +42,7 @@ def reduced(rows: Sequence[Form], kept: int, motion: tuple[Form, Form] | None = 
     """Return signals with fewer symbols that hold the same values and more.
 
     Args:
-        rows: Without errors of their own.
+        rows: Without independent errors.
         kept: How many of the first symbols stay.
         motion: The matrix by which the set moves in a step, and the basis of its modes.
     """
@@ -70,7 +70,7 @@ def reduced(rows: Sequence[Form], kept: int, motion: tuple[Form, Form] | None = 
 def modes(before: Sequence[Form], after: Sequence[Form]) -> tuple[Form, Form] | None:
     """Return the matrix by which a set moved into another, from their common symbols, and a real basis of its modes.
 
-    They only propose a basis: the reduced set holds the whole one whatever they are. None if there are none.
+    They only propose a basis: the reduced set holds the whole one for any basis. None if no modes are known.
     """
     width = min(before[0].shape[-1], after[0].shape[-1])
     old, new = (np.stack([r[0, 2:width] for r in rows]) for rows in (before, after))
@@ -96,7 +96,7 @@ class Parallelotope:
     """A set of states that is spanned by as many symbols as there are states, beside those that stay as they are.
 
     Args:
-        rows: States of one box, without errors of their own.
+        rows: States of one box, without independent errors.
         kept: How many of the first symbols stay.
         motion: See `reduced`.
     """

@@ -59,7 +59,7 @@ class Slopes:
     def _of(self, series: Series, at: int, parts: Sequence[Any], zero: Form) -> Any:
         node = self.nodes.nodes[at]
         value = [series.coefficients[p][0] for p in node.parts]
-        own = series.coefficients[at][0]
+        result = series.coefficients[at][0]
         match node.kind:
             case "negative":
                 return forms.negative(parts[0])
@@ -69,16 +69,16 @@ class Slopes:
                 return forms.plus(_times(parts[0], value[1]), _times(parts[1], value[0]))
             case "/":
                 inverse = forms.inverse(value[1])
-                return _times(as_form(forms.minus(parts[0], _times(parts[1], own))), inverse)
+                return _times(as_form(forms.minus(parts[0], _times(parts[1], result))), inverse)
             case "sin" | "cos":
                 other = series.coefficients[node.detail][0]
                 return _times(parts[0], other if node.kind == "sin" else forms.negative(other))
             case "exp":
-                return _times(parts[0], own)
+                return _times(parts[0], result)
             case "log":
                 return _times(parts[0], forms.inverse(value[0]))
             case "sqrt":
-                return zero if not parts[0].any() else _times(parts[0], forms.scaled(forms.inverse(own), 0.5))
+                return zero if not parts[0].any() else _times(parts[0], forms.scaled(forms.inverse(result), 0.5))
             case "power":
                 steep = forms.scaled(forms.powered(value[0], node.detail - 1.0), node.detail)
                 return _times(parts[0], steep)
@@ -89,7 +89,7 @@ class Slopes:
                 return self._of_system(node.detail, value, parts, zero)
             case "output":
                 return parts[0][node.detail]
-        if not any(p.any() for p in parts) or isinstance(own, float):
+        if not any(p.any() for p in parts) or isinstance(result, float):
             return zero
         what = "jumps" if node.kind in STEPS else "has no known derivative"
         raise DomainError(f"'{node.kind}' {what}")

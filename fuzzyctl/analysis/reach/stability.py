@@ -119,28 +119,28 @@ def period_slopes(sets: ReachableSets, rows: Sequence[Form], free: Sequence[Valu
     sampled = Slopes(sets.sample, [*sets.plant, *sets.memory])
     control = sampled.over(inputs)
     results = Series(sets.sample, inputs).extend()
-    held = [as_form(v) for v in results[: len(sets.held)]]
+    outputs = [as_form(v) for v in results[: len(sets.held)]]
     length = sets.equations.step
     between = Slopes(sets.flow.nodes, [*sets.plant, *sets.held])
     tube, parts = plant, 1
     while True:
         try:
-            tube = _tubes(sets, plant, [*held, *free, *memory], parts)
+            tube = _tubes(sets, plant, [*outputs, *free, *memory], parts)
             break
         except NoTubeError:
             if parts >= _PARTS:
                 raise
             parts *= 2
-    slopes = between.over([np.array([[0.5 * length, 0.5 * length]]), *tube, *held, *free, *memory])
+    slopes = between.over([np.array([[0.5 * length, 0.5 * length]]), *tube, *outputs, *free, *memory])
     a, b = slopes[:, :count], slopes[:, count:]
     moved = _series(a, length, forward=True)
     driven = _series(a, length, forward=False)
     total = np.zeros((size, size, 2))
     by_held = _product(driven, b)
-    from_control = _product(by_held, control[: len(held)])
+    from_control = _product(by_held, control[: len(outputs)])
     total[:count] = from_control
     total[:count, :count] = as_form(forms.plus(moved, from_control[:, :count]))
-    total[count:] = control[len(held) :]
+    total[count:] = control[len(outputs) :]
     return total
 
 

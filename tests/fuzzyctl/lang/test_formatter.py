@@ -189,5 +189,5 @@ def test_claims_about_every_instant_keep_their_parentheses():
         f"{head}require always (p.y <= 1) and -1 <= p.y from (2 s) until 5 s\n"
         'disturbance w in (-1, 1] unit "m" = 0\nfor p.x in [0, 1]\n'
     )
-    assert format_source(SourceText("t", text)) == laid
-    assert format_source(SourceText("t", laid)) == laid
+    assert formatted(text) == laid
+    assert formatted(laid) == laid

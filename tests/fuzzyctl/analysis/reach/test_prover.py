@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from fuzzyctl import Proved, loads
+from fuzzyctl import Experiment, Proved, loads
 from fuzzyctl.analysis.reach import prover
-from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.loop_params import with_settings
 from fuzzyctl.simulation.members import members
 from tests.fuzzyctl.analysis.reach.loops import FUZZY, LOOPS, RATES, TANK, loop_of

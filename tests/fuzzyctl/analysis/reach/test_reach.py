@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fuzzyctl import load, loads
+from fuzzyctl import Experiment, load, loads
 from fuzzyctl.analysis.reach.forms import DomainError, ends
 from fuzzyctl.analysis.reach.prover import LoopProver
 from fuzzyctl.analysis.reach.reach import ReachableSets
 from fuzzyctl.expr import Number
 from fuzzyctl.simulation.expansion import loop_equations
-from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.loop_params import with_settings
 from fuzzyctl.simulation.members import members
 from tests.fuzzyctl.analysis.reach.loops import DISTURBED, LOOPS, TANK, loop_of
