@@ -91,7 +91,7 @@ class TestCommand:
         with pytest.raises(SystemExit) as ended:
             runpy.run_module("gallery", run_name="__main__")
         assert ended.value.code == 2
-        assert "no such page: upa_moter; there are ball_and_beam" in capsys.readouterr().err
+        assert "no such page: upa_moter; there are arch_attitude" in capsys.readouterr().err
 
     def test_a_page_with_a_mistake_is_reported_and_kept(self, monkeypatch, capsys, tmp_path):
         folder = tmp_path / "own"
