@@ -129,11 +129,8 @@ class LoopProver:
             elif claim.forever:
                 self._verdicts[position] = self._forever(claim)
             else:
-                finite = {
-                    k: c
-                    for k, c in enumerate(self.own)
-                    if isinstance(c, Always) and not c.forever and k not in self._refuted
-                }
+                asked = {k: c for k, c in enumerate(self.own) if k not in self._refuted}
+                finite = {k: c for k, c in asked.items() if isinstance(c, Always) and not c.forever}
                 self._verdicts |= dict(zip(finite, self._for_a_time(list(finite.values())), strict=True))
         return replace(self._verdicts[position], span=claim.span)
 
@@ -190,24 +187,27 @@ class LoopProver:
         ]
         sets = self._sets(claims, max(c.end for c in asked))
         until = clock.used() + self.timeout
-        boxes = [self._family()]
+        boxes = [(*self._family(), list(range(len(asked))))]
         settled = 0
         while boxes:
             batch, boxes = boxes[:_TOGETHER], boxes[_TOGETHER:]
-            low, high = (np.array(e) for e in zip(*batch, strict=True))
-            broken = self._enclosed(sets, asked, low, high, until)
+            low, high = np.array([b[0] for b in batch]), np.array([b[1] for b in batch])
+            due = [b[2] for b in batch]
+            broken = self._enclosed(sets, asked, low, high, due, until)
             for box in range(len(batch)):
-                failed = [(c, *broken[k][box]) for k, c in enumerate(asked) if broken[k][box][1]]
-                cut = max((b for _, _, _, b in failed), key=lambda b: b[1], default=(-1, 0.0))[0] if failed else -1
+                failed = [k for k in due[box] if broken[k][box][1]]
+                for k in due[box]:
+                    asked[k].proved += k not in failed
+                cut = max((broken[k][box][2] for k in failed), key=lambda b: b[1], default=(-1, 0.0))[0]
                 room = settled + len(boxes) + len(batch) < MOST_BOXES and clock.used() < until
                 if failed and cut >= 0 and room:
-                    boxes += halves(low[box], high[box], cut)
+                    # In the halves only the claims that are open in the whole are examined.
+                    boxes += [(*half, failed) for half in halves(low[box], high[box], cut)]
                     continue
                 settled += 1
-                for claim in asked:
-                    claim.proved += not any(f[0] is claim for f in failed)
-                for claim, time, reason, _ in failed:
-                    claim.open.append((low[box], high[box], time, reason))
+                for k in failed:
+                    time, reason, _ = broken[k][box]
+                    asked[k].open.append((low[box], high[box], time, reason))
             if self.progress is not None:
                 self.progress("reachable sets", settled, len(boxes))
         return [self._judged(c) for c in asked]
@@ -233,12 +233,24 @@ class LoopProver:
         return plant, memory, [forms[k] for k, d in enumerate(self.dimensions) if not d.state]
 
     def _enclosed(
-        self, sets: ReachableSets, claims: Sequence[_Claim], low: Form, high: Form, until: float
+        self,
+        sets: ReachableSets,
+        claims: Sequence[_Claim],
+        low: Form,
+        high: Form,
+        due: Sequence[Sequence[int]],
+        until: float,
     ) -> list[list[tuple[float, str, tuple[int, float]]]]:
-        """Return for each claim and box the time at which it is open, the reason, and where to cut the box."""
-        count = len(low)
-        nothing = (0.0, "", (-1, 0.0))
-        broken = [[nothing] * count for _ in claims]
+        """Return for each claim and box the time at which it is open, the reason, and where to cut the box.
+
+        Args:
+            sets, claims: The sets, and the claims about them.
+            low, high: Ends of the boxes, shape (boxes, dimensions).
+            due: Positions of the claims to examine in each box.
+            until: Processor seconds at which the time is over.
+        """
+        nothing, idle = (0.0, "", (-1, 0.0)), (0.0, "not due", (-1, 0.0))
+        broken = [[nothing if k in positions else idle for positions in due] for k in range(len(claims))]
         time = 0.0
         try:
             for step in sets.run(*self._begin(sets, low, high), len(self.dimensions)):
