@@ -63,7 +63,10 @@ def contraction(
     """
     if motion is None:
         return None
-    modes = motion[1] / np.linalg.norm(motion[1], axis=0)
+    largest = np.abs(motion[1]).max(0)  # not the norm, which underflows for states that stay constant
+    modes = motion[1] / np.where(largest > 0.0, largest, 1.0)
+    if not np.all(np.isfinite(modes)):
+        return None
     exact = _inverted([[Fraction(x) for x in row] for row in modes.tolist()])
     if exact is None:
         return None
