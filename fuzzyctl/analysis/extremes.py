@@ -19,8 +19,8 @@ from fuzzyctl.support import arguments
 
 #: Seconds that all ends and slopes may take, see `extents`.
 TIMEOUT: Final = 5.0
-#: How near a bound must come to an attained value, as a part of the bounds of the consequents: of the values that are
-#: attained, which are fewer, it is about one percent.
+#: Largest distance of a bound from an attained value, as a part of the bounds of the consequents: about one percent of
+#: the range of the attained values.
 GAP: Final = 0.008
 
 

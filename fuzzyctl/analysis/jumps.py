@@ -117,7 +117,7 @@ def _candidates(flat: Plan, output: OutputPlan, has_hole: bool) -> Iterator[tupl
 def _is_within(variable: InputPlan, x: float) -> bool:
     """Return whether an output may jump at a value within the domain of the system.
 
-    An input that is clamped has its ends, beyond which nothing changes; one that extrapolates leaves its terms there.
+    An input that is clamped has its ends, beyond which it is constant; one that extrapolates leaves its terms there.
     """
     if variable.extrapolate:
         return variable.lower < x < variable.upper

@@ -222,7 +222,7 @@ class Prover:
         if isinstance(result, Refuted) and (lets := named_lets(self.system, guarantee)):
             result = replace(result, witness=self._with_lets(result.witness, lets))
         if not isinstance(result, Refuted) and self._is_void(guarantee):
-            result = Proved(claim.text, note="nothing is claimed: no point of the ranges is in the region")
+            result = Proved(claim.text, note="the claim is void: no point of the ranges is in the region")
         return replace(result, claim=claim.text, span=guarantee.span)
 
     def _with_lets(self, witness: Witness, lets: Set[str]) -> Witness:
@@ -232,7 +232,7 @@ class Prover:
         return replace(witness, sides=(*values, *witness.sides))
 
     def _state_of(self, claim: Claim) -> str:
-        """Return the state that a claim depends on besides the inputs, an empty text if there is none."""
+        """Return the state that a claim depends on besides the inputs, an empty text for no state."""
         spoken = outputs_in(claim.truth)
         for k, output in enumerate(self.plan.outputs):
             if output.name in spoken and k in {o for o, _ in self.plan.states}:

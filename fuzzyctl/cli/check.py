@@ -168,7 +168,7 @@ def check(
     Prints every mistake with file, line, column and repair. A system without 'else' must have a rule for every
     point of its inputs' ranges; this is proved, not sampled. Guarantees that are quickly refuted are mistakes too;
     'fuzzyctl prove' decides the others. Exit code 1 if there is an error; warnings pass unless
-    they are denied. Exit code 3 if there is none, but it is not decided whether some rule always fires.
+    they are denied. Exit code 3 without errors if it is not decided whether some rule always fires.
 
     \b
     fuzzyctl check tipper

@@ -69,7 +69,7 @@ def convert(
 
     The written file is read back, and both systems are compared at corners of terms, on an even grid and at random
     points. Settings that the format cannot express are listed; if they change an output by more than 0.1 % of its
-    range, nothing is written without --lossy.
+    range, no file is written without --lossy.
     """
     to = _target(target, wanted)
     if target != "-":

@@ -103,7 +103,7 @@ class Document:
 
     @property
     def mistakes_stop_proofs(self) -> bool:
-        """Whether there are errors, so that nothing is proved of the text."""
+        """Whether there are errors, so that the text has no proofs."""
         return any(d.severity == "error" for d in self.mistakes)
 
     @property

@@ -117,7 +117,7 @@ def _plant(plant: Plant, dt: float | None, substeps: int) -> _Parts:
 
 
 def start(block: FuzzySystem | Controller | Plant, *, dt: float | None = None) -> Any:
-    """Return the initial state of a system of `nlsys`, shape (states,); of a system there is none, shape (0,).
+    """Return the initial state of a system of `nlsys`, shape (states,); systems have no state, shape (0,).
 
     Args:
         block: As for `nlsys`.

@@ -49,7 +49,7 @@ def _declared(keyword: str, text: str) -> frozenset[str]:
 
 @dataclass(frozen=True)
 class Declared:
-    """Names that a text declares; each kind is looked for once, when it is first asked for."""
+    """Names that a text declares; each kind is looked for once, on first use."""
 
     text: str
 
@@ -109,7 +109,7 @@ class Surroundings:
     Args:
         declared: The names that the whole text declares.
         above: The last rule above the line, after those to which it is the `else`.
-        statement: The last statement above the line, whose block may go on; an empty string where there is none.
+        statement: The last statement above the line, whose block may go on; an empty string if it does not exist.
         is_first: Whether the line is the first one below it.
         in_block: The first word of the controller, plant or loop that the line belongs to; empty for none.
     """
@@ -130,7 +130,7 @@ class Surroundings:
 Repair = Callable[[str, str, Surroundings], Iterable[Edit]]
 
 
-#: Makes the replacement of a match of its groups; None if there is none.
+#: Makes the replacement of a match of its groups; None if it has no replacement.
 Replacement = Callable[["list[str]", Surroundings], "str | None"]
 
 

@@ -267,7 +267,7 @@ def _close(source: SourceText, current: _Open, above: LogicalLine | None) -> Log
 def meant_head(code: str, in_block: str) -> str | None:
     """Return which head of a block a line that begins no statement most likely is: half typed, misspelt, behind a slip.
 
-    In a system, where short names begin lines of tables, a word of two letters is none.
+    In a system, where short names begin lines of tables, a word of two letters does not begin a statement.
     """
     behind = re.match(_BEHIND, code)
     if behind is not None and behind[3]:

@@ -60,7 +60,7 @@ def saved(target: Path, dpi: float | None = None, *, svg_text: bool = False) -> 
         metadata = (
             {"Date": None} if target.suffix == ".svg" else {"CreationDate": None} if target.suffix == ".pdf" else {}
         )
-        # matplotlib's products of matrices now and then report an overflow that none of their numbers has.
+        # matplotlib's products of matrices now and then report an overflow although all their numbers are finite.
         with written_whole(target) as temporary, np.errstate(over="ignore"):
             figure.savefig(temporary, format=target.suffix[1:].lower(), metadata=metadata, dpi=dpi)
 

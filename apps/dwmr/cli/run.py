@@ -157,7 +157,7 @@ def _write(
     task: run_options.Task,
     begin: Begin,
 ) -> None:
-    """Write all files of a run; a picture that cannot be drawn is left out with a warning, and costs nothing else."""
+    """Write all files of a run; a picture that cannot be drawn is left out with a warning."""
     move = begin("drawing", 3)
     from dwmr import figures
     from dwmr.output.data import write_trajectories

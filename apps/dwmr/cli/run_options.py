@@ -85,7 +85,7 @@ class Task:
 
 
 def read(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -> Task:
-    """Read a scenario, and find its rule files; nothing is compiled.
+    """Read a scenario and find its rule files, without compiling.
 
     Raises:
         DiagnosticError: With every mistake in the scenario file.

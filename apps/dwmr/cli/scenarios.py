@@ -211,7 +211,7 @@ def _rules(rules: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
 @run_options.set_option
 @click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="How to print.")
 def check(scenarios: tuple[str, ...], rules_folder: Path | None, overrides: tuple[str, ...], style: str) -> None:
-    """Check SCENARIOs, shipped names or TOML files, and their rule files; nothing is simulated.
+    """Check SCENARIOs, shipped names or TOML files, and their rule files, without a simulation.
 
     The rule files of all control laws that a scenario has gains for are read, and their guarantees are proved.
     """

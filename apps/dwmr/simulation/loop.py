@@ -150,7 +150,7 @@ def run_periods(
         world: Constants.
         memory: Read and written.
         obstacles: Centres and radii of the obstacles at these periods and the one after, shape (last - first + 1, a, 3)
-            [m]; shape (1, a, 3) where none moves.
+            [m]; shape (1, a, 3) if all stay in place.
         noise: Added to the measured x, y, theta, v, omega, shape (last - first, n, 5) [m, m, rad, m/s,
             rad/s]; shape (0, n, 5) where all measure exactly.
         record: Written, shape (periods, n, len(SIGNALS)).

@@ -222,7 +222,7 @@ class _Bound:
         """Find formats, and errors that no step makes larger.
 
         Raises:
-            DiagnosticError: If there are none.
+            DiagnosticError: If they do not exist.
         """
         count = len(self.unit.slots)
         off: list[float | None] = [0.0] * count
@@ -309,7 +309,7 @@ class _Bound:
         """Return errors of the slots that no step makes larger, 0 for those that are equal.
 
         Raises:
-            DiagnosticError: If there are none.
+            DiagnosticError: If they do not exist.
         """
         slots = [s for s, e in enumerate(off) if e is not None]
         rows = [self._added(self.operations.stores[s], enclosures, ranges) for s in slots]

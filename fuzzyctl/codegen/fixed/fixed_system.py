@@ -136,7 +136,7 @@ def _not_interpolated(unit: Unit, form: Format) -> str:
 
 
 def _with_table(unit: Unit, form: Format) -> str:
-    """Return the options of a table that does, or why there is none."""
+    """Return the options of a table that does, or the reason why no table does."""
     inputs = len(unit.plan.inputs)
     if inputs > _TRIED:
         return f"whether a table of {inputs} inputs does, --table N --fixed {form} tells"

@@ -31,7 +31,7 @@ _SLACK: Final = 1e-12
 
 
 def of_terms(supports: Iterable[Ends]) -> Ends | None:
-    """Return the smallest range that holds all terms, None if there is none; a single place gets some room."""
+    """Return the smallest range that holds all terms, None without terms; a single place gets some room."""
     finite = [s for s in supports if all(map(math.isfinite, s))]
     if not finite:
         return None
@@ -229,7 +229,7 @@ def _with_shoulders(system: FuzzySystem, variable: Input, points: bool) -> Input
 
 
 def _cut(system: FuzzySystem, membership: Membership, lower: float, upper: float, points: bool) -> Membership | None:
-    """Return a straight function that is the same within a range, and constant beyond; None if there is none."""
+    """Return a straight function that is the same within a range, and constant beyond; None if it does not exist."""
     if membership.kind not in MEMBERSHIP or is_number(membership.kind):
         return None
     vertices = MEMBERSHIP[membership.kind].vertices(tuple(system.number(a) for a in membership.arguments))

@@ -27,7 +27,7 @@ from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Membership, Term
 
-#: A line that only FisPro's files have; they share the suffix and nothing else.
+#: A line that only FisPro's files have; they share only the suffix.
 _FISPRO: Final = re.compile(r"^Ninputs[ \t]*=", re.MULTILINE)
 
 

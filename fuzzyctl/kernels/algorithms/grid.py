@@ -166,7 +166,7 @@ def rounded(knots: Sequence[float], sets: Sequence[SetPlan]) -> list[tuple[SetPl
 
 
 def degree_at(term: SetPlan, x: float) -> float:
-    """Return the degree of a straight-sided term, counted from the lower end of a side, where nothing cancels."""
+    """Return the degree of a straight-sided term, counted from the lower end of a side, which avoids cancellation."""
     vertices = term.vertices
     if x <= vertices[0][0]:
         return vertices[0][1]

@@ -299,7 +299,7 @@ def _side(lines: Sequence[_Line]) -> Side:
 def _line(name: str, term: SetPlan, left: float, right: float, least: float) -> _Line | None:
     """Return foot, slope and base of a term in a cell, None where the slope has not all digits of a number.
 
-    It is counted from where the degree is smallest, so that nothing cancels there. Degrees of at most `least` at the
+    It is counted from where the degree is smallest, which avoids cancellation there. Degrees of at most `least` at the
     ends are 0 but for rounding.
     """
     at_left, at_right = (d if d > least else 0.0 for d in (degree_at(term, left), degree_at(term, right)))

@@ -428,7 +428,7 @@ def states_along(
 
 
 def previous(values: FloatArray, first: float) -> FloatArray:
-    """Return for each of some values, shape (n,), the last one before it that is not NaN, or `first` where none is."""
+    """Return for each of some values, shape (n,), the last one before it that is not NaN, or `first`."""
     import numpy as np
 
     latest = np.where(np.isnan(values), 0, np.arange(1, len(values) + 1))

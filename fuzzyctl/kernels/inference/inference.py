@@ -187,7 +187,7 @@ def _read_front(plan: Plan) -> _Front:
     for position in plan.order:
         if position in read:
             front.write_output(position)
-    # Where an output has no value, others may still be asked for.
+    # Where an output has no value, others may still have one.
     front.builder.statements = [s for s in front.builder.statements if not isinstance(s, Refuse)]
     return front
 
@@ -458,7 +458,7 @@ def _adaptive_front(plan: Plan) -> _Front:
 
 
 def _normalised(plan: Plan, front: _Front) -> list[Expr]:
-    """Return ξ of each state entry: activation over the sum of the activations of its output, 0 where none fires."""
+    """Return ξ of each state entry: activation over the sum of the activations of its output, 0 if no rule fires."""
     builder = front.builder
     normalised: list[Expr] = []
     activations = {o: [front.activations[e.rule] for e in plan.outputs[o].implied] for o, _ in plan.states}

@@ -120,7 +120,7 @@ class Interpreter:
                 case Accumulate():
                     self._accumulate(statement, tables)
                 case Fold(then=then):
-                    # The result is clamped to the hull of the sets, and nothing else is known of it.
+                    # The result is clamped to the hull of the sets, which is all that is known.
                     self.names |= {s.name: _anything() for s in then}
                 case Quadrature(found=found, area=area):
                     self.names |= {found: _anything(), area: _anything()}

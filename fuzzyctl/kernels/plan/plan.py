@@ -30,7 +30,7 @@ Otherwise = float | HeldPlan | Literal["error"] | None
 
 
 class OutputCycleError(FuzzyctlError):
-    """Raised when outputs read each other in a circle, so that none can be computed first."""
+    """Raised when outputs read each other in a circle, so that no order of computing them exists."""
 
     def __init__(self, names: list[str]) -> None:
         super().__init__(f"outputs depend on each other: {' → '.join(names)}")

@@ -50,7 +50,7 @@ class SetPlan:
         changes: The changes of its degree by hedges and weights, one after the other, each an expression over `ITSELF`.
         implication: How rules imply it, where that is not the implication of the output; None where it is.
         reach: For a `linear` consequent of inputs that are clamped the numbers it lies between, up to rounding; kernels
-            hold what they compute within. None where nothing is known beforehand.
+            hold what they compute within. None if it is unknown.
     """
 
     kind: str

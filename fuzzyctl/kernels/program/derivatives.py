@@ -100,7 +100,7 @@ class _Tape:
                 raise NotDifferentiableError(type(statement).__name__)
 
     def fold(self, loop: Fold) -> None:
-        """Carry derivatives along with the values; those by an argument that nothing in the loop depends on are 0."""
+        """Carry derivatives along with the values; those by an argument that does not occur in the loop are 0."""
         first = {s.name: self.derivatives(s.value) for s in loop.first}
         wanted = sorted({k for own in first.values() for k in own} | self._read(loop))
         carried = {s.name: {k: Name(self.fresh()) for k in wanted} for s in loop.first}

@@ -107,7 +107,7 @@ class Fold:
         counter: Name of the position.
         first: Names of the values, with their first ones.
         body: Assignments for each entry, from the old values.
-        then: The same names as in `first`, with the new values; names and numbers that none of the names changes.
+        then: The same names as in `first`, with the new values; names and numbers that stay as they are.
     """
 
     count: int

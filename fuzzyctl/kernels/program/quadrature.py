@@ -232,7 +232,7 @@ def speed(here: tuple[float, ...], there: tuple[float, ...]) -> float:
     By the implicit function theorem the place x of g(x, p) = 0 has the derivative -(∂g/∂p)/(∂g/∂x).
 
     Returns:
-        0 where nothing crosses between both places; infinite for a jump that does not move, and while both are too far
+        0 without a crossing between both places; infinite for a jump that does not move, and while both are too far
         apart to tell.
     """
     for k in range(0, len(here), 4):

@@ -25,7 +25,7 @@ class TestVoidRegions:
     )
     def test_are_reported(self, claim):
         (verdict,) = verdicts(LINE, claim)
-        assert verdict.note == "nothing is claimed: no point of the ranges is in the region"
+        assert verdict.note == "the claim is void: no point of the ranges is in the region"
 
     @pytest.mark.parametrize("claim", ["u >= 0 when e >= 1 and de >= 0", "total(u) when e > 0.9", "u <= 1"])
     def test_others_are_not(self, claim):

@@ -51,7 +51,7 @@ def native(signature: str, **options: Any) -> Callable[[Callable[..., Any]], Any
 
 def with_disk_cache(function: Any) -> Any:
     """Have the machine code of a function of numba kept on disk from now on, where a folder can be written to."""
-    with contextlib.suppress(OSError, RuntimeError):  # which numba raises where there is none
+    with contextlib.suppress(OSError, RuntimeError):  # which numba raises without a cache
         cache, named = _Cache(function.py_func), numba.config.CACHE_DIR
         if not named or is_private(Path(named)):
             function._cache = cache

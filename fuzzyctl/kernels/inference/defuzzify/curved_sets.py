@@ -64,7 +64,7 @@ class MonotoneParts:
 
     Args:
         degrees: Rising.
-        complete: Whether these are all; if not, the ends of the intervals in which nothing is known are among them.
+        complete: Whether these are all; if not, the ends of the unknown intervals are among them.
         enclosed: How many operands and operators were enclosed.
     """
 

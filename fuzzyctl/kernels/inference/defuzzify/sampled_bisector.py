@@ -133,7 +133,7 @@ def _between(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     """Go from both ends, always on the side whose sum is less, until all samples are taken.
 
     The place is between the last ones taken on both sides, nearer to that of the larger sum of the other side; a side
-    on which none was taken ends at the end of the range.
+    without taken samples ends at the end of the range.
     """
     builder, output, points = samples.builder, samples.output, samples.points
     inner, counter = builder.inner(), builder.fresh()
@@ -231,8 +231,8 @@ def past_gap(place: Expr, end: Expr, after: Expr) -> Expr:
 def share_of(builder: Builder, left: Expr, right: Expr, area: Expr) -> Expr:
     """Return up to which part of a stretch of length 1 a straight line from one degree to another has some area.
 
-    From left s + (right - left) s² / 2 = a follows s = 2 a / (left + √(left² + 2 (right - left) a)), in which nothing
-    cancels.
+    From left s + (right - left) s² / 2 = a follows s = 2 a / (left + √(left² + 2 (right - left) a)), without
+    cancellation.
 
     Args:
         builder: The program to write into.
