@@ -281,7 +281,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                     "a difference of sigmoids may be below 0; here it is 0 there",
                     "its bisector forgets the area before a gap in the set; here it counts",
                     "smallest and largest of maxima of a set that is 0 everywhere are the ends of the universe; here "
-                    "there are none",
+                    "they do not exist",
                     "an output for which no rule fires is missing from the result, or an exception; here it is NaN",
                 ),
             ),
