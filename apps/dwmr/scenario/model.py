@@ -126,6 +126,12 @@ class Actuator(Section):
     torque_limit: float = quantity("largest torque of one wheel", "N m", gt=0)
     v_limit: float = quantity("largest linear velocity that the inner loop is commanded", "m/s", gt=0)
     omega_limit: float = quantity("largest angular velocity that the inner loop is commanded", "rad/s", gt=0)
+    acceleration: float | None = quantity(
+        "largest rate of the commanded linear velocity, absent for none", "m/s²", gt=0, default=None
+    )
+    angular_acceleration: float | None = quantity(
+        "largest rate of the commanded angular velocity, absent for none", "rad/s²", gt=0, default=None
+    )
 
 
 class InnerLoop(Section):

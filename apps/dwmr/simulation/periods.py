@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -180,7 +181,8 @@ def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
     """Return the fields of a `ROBOT` record."""
     as_accelerations = robot.inner_loop.torque_reading == "acceleration"
     formation = robot.formation
-    derived = {
+    accelerations = {name: getattr(robot.actuator, name) for name in ("acceleration", "angular_acceleration")}
+    derived = {name: math.inf if one is None else one for name, one in accelerations.items()} | {
         "pd_mass": robot.mass if as_accelerations else 1.0,
         "pd_inertia": robot.inertia if as_accelerations else 1.0,
         "separation": formation.separation if formation else 0.0,
@@ -222,7 +224,9 @@ def _memory(simulation: Simulation, laws: list[Law], measures_exactly: bool) -> 
     sides = np.zeros((n, len(scenario.obstacles)))
     filters, slip, torques = np.zeros((3, n, 2))
     wheels, odometry = np.zeros((n, 6)), plant[:, :3].copy()
-    return Memory(plant, slip, seen, wheels, odometry, theta_star, filters, sides, law, law.copy(), torques)
+    return Memory(
+        plant, slip, seen, wheels, odometry, theta_star, filters, np.zeros((n, 3)), sides, law, law.copy(), torques
+    )
 
 
 def _first_direction(simulation: Simulation, robot: Robot) -> float:

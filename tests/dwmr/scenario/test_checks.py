@@ -19,6 +19,8 @@ REFUSED = {
     "robots.follower1.formation.leader=follower1":
         "robots.follower1.formation.leader = 'follower1': a robot cannot follow itself",
     "robots.follower1.d=0": "robots.follower1.d must be > 0 m, got 0",
+    "robot.actuator.acceleration=0": "robot.actuator.acceleration must be > 0 m/s², got 0",
+    "robot.actuator.angular_acceleration=0": "robot.actuator.angular_acceleration must be > 0 rad/s², got 0",
     "robots.follower1.formation.separation=0": "robots.follower1.formation.separation must be > 0 m, got 0",
     "robots.follower1.formation.bearing=7": "robots.follower1.formation.bearing must be <= 2π rad, got 7",
     "robots.follower1.formation.bearing=-7": "robots.follower1.formation.bearing must be >= -2π rad, got -7",
