@@ -283,6 +283,12 @@ class SafetySettings(Section):
     )
 
 
+#: Control periods from one switch of the avoidance to the next within which the second one is fast.
+FAST = 10
+#: Time before and after an avoidance that counts as part of it in the chattering outside of avoidances [s].
+SETTLING = 1.0
+
+
 class AvoidanceSettings(Section):
     """Variable avoidance radius and slowdown, Eqs. (57)-(63), (71)."""
 
@@ -292,6 +298,7 @@ class AvoidanceSettings(Section):
     gamma: float = quantity("divisor γ of the expansion", "-", gt=0)
     rho: float = quantity("decline ϱ of the expansion with distance", "1/m", ge=0)
     slowdown: float = quantity("share ρ_v of the reference velocity kept", "-", gt=0, le=1)
+    hysteresis: float = quantity("distance beyond R_d at which an avoidance ends", "m", ge=0, le=FARTHEST, default=0.0)
 
 
 class Window(Section):

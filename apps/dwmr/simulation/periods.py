@@ -159,7 +159,6 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
     for row, robot in zip(robots, scenario.robots.values(), strict=True):
         for name, value in _constants(robot, names).items():
             row[name] = value
-    settings = scenario.avoidance
     return World(
         scenario.run.dt,
         scenario.run.substeps,
@@ -167,9 +166,7 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
         robots.view(np.recarray),
         _acting(scenario).view(np.recarray),
         Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
-        Avoidance(
-            settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
-        ),
+        Avoidance(**scenario.avoidance.model_dump()),
         np.array([law.gains for law in laws]),
         float(scenario.formation.leader_velocity == "ground"),
         measures_exactly,
