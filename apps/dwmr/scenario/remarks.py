@@ -24,7 +24,18 @@ _PLACES = 400
 
 def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Warn of values with surprising effects."""
-    for remark in (_rounded, _together, _starts, _margin, _windows, _spared, _fast, _slow_drives, safety_remarks):
+    for remark in (
+        _rounded,
+        _together,
+        _starts,
+        _margin,
+        _windows,
+        _spared,
+        _fast,
+        _slow_drives,
+        _steered,
+        safety_remarks,
+    ):
         diagnostics = dict.fromkeys(remark(scenario, places))
         yield from (dataclasses.replace(one, severity="warning") for one in islice(diagnostics, MOST_OF_A_KIND))
 
@@ -176,3 +187,12 @@ def _slow_drives(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
                 )
                 help_text = f"set safety.{key} to {limit:g} {unit} or less"
                 yield places.diagnostic("FZ904", f"robots.{name}.actuator.{key}", message, help=help_text)
+
+
+def _steered(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Find cars with a limit of angular acceleration, which their steering has in place of the drives."""
+    for name, robot in scenario.robots.items():
+        if isinstance(robot.vehicle, Ackermann) and robot.actuator.angular_acceleration is not None:
+            key = f"robots.{name}.actuator.angular_acceleration"
+            message = f"{key} has no effect: robots.{name} is a car, which its steering turns"
+            yield places.diagnostic("FZ904", key, message, help=f"set robots.{name}.vehicle.steering_rate")

@@ -105,3 +105,16 @@ def test_with_hysteresis_the_avoidance_switches_twice_an_obstacle_whatever_the_p
                 assert result["rmse"][robot][name] == pytest.approx(TABLE_12[law][robot][name], rel=0.1)
     outside = usual["chattering_outside"]["leader"]["v"]
     assert outside == pytest.approx(0.06, abs=0.01)
+
+
+def test_a_run_warns_of_an_avoidance_that_switches_from_period_to_period(dwmr):
+    more = ("--set", "run.horizon=60", "-o")
+    said = [
+        " ".join(
+            dwmr("run", "paper", "--set", f"avoidance.hysteresis={hysteresis}", *more, f"with-{hysteresis}")[1].split()
+        )
+        for hysteresis in (0.0, 0.5)
+    ]
+    warning = "warning: aifqsmc: the avoidance of leader switches"
+    assert [one.count(warning) for one in said] == [1, 0]
+    assert "within 10 control periods: more often with a shorter run.dt; set avoidance.hysteresis against it" in said[0]
