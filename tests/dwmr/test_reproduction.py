@@ -71,6 +71,16 @@ def test_followers_that_know_the_wheels_velocity_of_their_leader(measured):
             assert float(ours) / TABLE_12[law][robot][name] == pytest.approx(float(ratio), abs=0.006)
 
 
+def test_switches_of_the_avoidance_are_what_the_table_says():
+    switching = script("switching")
+    table = [
+        line for line in section("Switches of the avoidance").splitlines() if re.match(r"\| (aifqsmc|fcafsmc) ", line)
+    ]
+    assert len(table) == 2 * (len(switching.HYSTERESES) + 2 * (len(switching.PERIODS) - 1))
+    for law in switching.LAWS:
+        assert switching.row(law, 0.5, *switching.PERIODS[0]) in table
+
+
 def test_the_order_of_the_leaders_is_what_the_runs_give(measured):
     printed = [TABLE_12[law]["leader"][name] for law in ("fcafsmc", "aifqsmc") for name in ("x_e", "y_e")]
     ours = [measured(law)["rmse"]["leader"][name] for law in ("fcafsmc", "aifqsmc") for name in ("x_e", "y_e")]

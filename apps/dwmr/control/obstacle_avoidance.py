@@ -21,6 +21,7 @@ class Avoidance(NamedTuple):
         gamma: Divisor of the expansion γ [-].
         rho: Decline of the expansion with distance ϱ [1/m].
         slowdown: Share ρ_v of the reference velocity kept during avoidance [-].
+        hysteresis: Distance beyond R_d at which an avoidance ends; 0 in the paper [m].
     """
 
     margin: float
@@ -29,6 +30,7 @@ class Avoidance(NamedTuple):
     gamma: float
     rho: float
     slowdown: float
+    hysteresis: float
 
 
 @compiled
@@ -119,7 +121,8 @@ def avoid(
         Index of the nearest active obstacle or −1, θ_r,OA [rad], R_d [m].
 
     Source:
-        Goto, Bertol, Martins, Eqs. (56), (60)-(62), (64); the mode is on exactly while r_a < d_ia <= R_d.
+        Goto, Bertol, Martins, Eqs. (56), (60)-(62), (64); without hysteresis the mode is on exactly while r_a < d_ia <=
+        R_d.
     """
     nearest, nearest_distance, direction, radius_there = -1, math.inf, 0.0, 0.0
     for a in range(obstacles.shape[0]):
@@ -127,7 +130,7 @@ def avoid(
         distance = math.hypot(l_x, l_y)
         angle = math.atan2(l_y, l_x)
         reach = avoidance_radius(distance, v * math.cos(theta - angle), radius, robot_radius, avoidance)
-        if not radius < distance <= reach:
+        if not radius < distance <= reach + (avoidance.hysteresis if sides[a] != 0.0 else 0.0):
             sides[a] = 0.0
             continue
         if sides[a] == 0.0:

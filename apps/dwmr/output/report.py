@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from dwmr.results.paper_tables import TABLES
+from dwmr.scenario.model import FAST, SETTLING
 from fuzzyctl.diagnostics.terminal import printable
 
 _COLUMNS = (("x_e", "m"), ("y_e", "m"), ("theta_e", "rad"))
@@ -22,14 +23,16 @@ _ERRORS = "x_e, y_e: of a robot on the reference along x and y, of a follower al
 _RATIO = " ratio: ours / paper's."
 _SAFETY = (
     "centre: least distance of the reference point from an obstacle's centre. gap: least distance of the body from an "
-    "obstacle and from another robot's body, negative where they overlap. hit: how many it touched."
+    "obstacle and from another robot's body, negative where they overlap. hit: how many it touched. switches: how "
+    "often an avoidance begins or ends."
 )
 ABOUT_FILTER = (
     "disc gap: least distance of the disc about the robot. changed: share of time in which the filter changed its "
     "commands. infeasible: moments at which no command kept a barrier; missed: others at which it was not kept."
 )
 _EFFORT = (
-    "|dv_c|, |dω_c|: mean change of the commands in a second, the chattering. limit: share of time at the largest "
+    "|dv_c|, |dω_c|: mean change of the commands in a second, the chattering; outside: more than "
+    f"{SETTLING:g} s away from all avoidances. limit: share of time at the largest "
     "velocity, turning rate, torque. took: computing time of the loop."
 )
 _STABILITY = (
@@ -38,9 +41,25 @@ _STABILITY = (
 )
 
 #: Heads of the tables.
-_SAFETY_HEADS = ("centre\nm", "obstacle\ngap m", "robot\ngap m", "obstacles\nhit", "robots\nhit", "avoids\ns")
+_SAFETY_HEADS = (
+    "centre\nm",
+    "obstacle\ngap m",
+    "robot\ngap m",
+    "obstacles\nhit",
+    "robots\nhit",
+    "avoids\ns",
+    "\nswitches",
+)
 _FILTER_HEADS = ("disc\ngap m", "changed\n%", "infeasible\nmoments", "missed\nmoments")
-_EFFORT_HEADS = ("|dv_c|\nm/s²", "|dω_c|\nrad/s²", "% at limit of\nv    ω    τ", "least\nG_AIS", "took\ns")
+_EFFORT_HEADS = (
+    "|dv_c|\nm/s²",
+    "\noutside",
+    "|dω_c|\nrad/s²",
+    "\noutside",
+    "% at limit of\nv    ω    τ",
+    "least\nG_AIS",
+    "took\ns",
+)
 _STABILITY_HEADS = (
     "% of\n(14)", "% of\n(26)", *(h for c in "vω" for h in (f"k_h,{c}\nlargest", "\nfinal", "\ngrowth")),
 )  # fmt: skip
@@ -177,7 +196,8 @@ def _number(value: float, digits: int, sign: str = "") -> str:
 def _safety(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
     distances = [run[kind][robot] for kind in ("centre_distance", "obstacle_gap", "robot_gap")]
     gaps = ["" if one is None else _number(one, 2) for one in distances]
-    return [*gaps, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}"]
+    switches = str(run["avoidance_switches"][robot]["all"])
+    return [*gaps, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}", switches]
 
 
 def hits(run: Mapping[str, Any], robot: str) -> tuple[int, int]:
@@ -194,12 +214,16 @@ def filter_cells(run: Mapping[str, Any], robot: str) -> list[str]:
     return ["" if gap is None else _number(gap, 2), f"{100.0 * measures['acts'][robot]:.1f}", *map(str, moments)]
 
 
+def chattering_cells(run: Mapping[str, Any], robot: str) -> list[str]:
+    """Return the chattering of the linear and the angular velocity, each in the whole run and outside of avoidances."""
+    levels = (run["chattering"][robot], run["chattering_outside"][robot])
+    return ["" if level is None else _number(level[channel], 3) for channel in ("v", "omega") for level in levels]
+
+
 def _effort(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
-    is_first, chattering, limits = robot == next(iter(run["rmse"])), run["chattering"][robot], run["saturation"][robot]
-    g_ais = run.get("g_ais_min")
+    is_first, limits, g_ais = robot == next(iter(run["rmse"])), run["saturation"][robot], run.get("g_ais_min")
     return [
-        _number(chattering["v"], 3),
-        _number(chattering["omega"], 3),
+        *chattering_cells(run, robot),
         " ".join(f"{100 * limits[name]:4.1f}" for name in ("v", "omega", "torque")),
         f"{g_ais:.4f}" if is_first and g_ais is not None else "",
         f"{run['wall_s']:.3f}" if is_first else "",
@@ -264,7 +288,7 @@ def warnings(runs: Mapping[str, Any]) -> list[str]:
             stop = run["stopped"]
             where = f", robot {stop['robot']}" if stop["robot"] else ""
             lines.append(f"{controller}: stopped at t = {stop['t']:.3f} s{where}: {stop['reason']}")
-        lines += [f"{controller}: {line}" for line in (*contacts(run), *barriers(run))]
+        lines += [f"{controller}: {line}" for line in (*contacts(run), *barriers(run), *switching(run))]
         shares = {robot: share for robot, share in run["condition_violated"].items() if share > 0}
         if shares:
             robots = ", ".join(f"{robot} {100 * share:.1f} %" for robot, share in shares.items())
@@ -281,6 +305,19 @@ def contacts(run: Mapping[str, Any]) -> list[str]:
     return [
         f"{what} at t = {hit['t']:.2f} s; in contact for {hit['lasted']:.2f} s, overlap {hit['depth']:.2f} m at most"
         for what, hit in met
+    ]
+
+
+def switching(run: Mapping[str, Any]) -> list[str]:
+    """Return whose avoidance switches on and off from one control period to the next, so that a shorter one adds more.
+
+    One run shows it: motions of a robot take longer than some periods.
+    """
+    return [
+        f"the avoidance of {robot} switches {switches['all']} times, {switches['fast']} of them within {FAST} control "
+        "periods: more often with a shorter run.dt; set avoidance.hysteresis against it"
+        for robot, switches in run["avoidance_switches"].items()
+        if switches["fast"]
     ]
 
 

@@ -11,10 +11,10 @@ from pydantic import BaseModel
 
 from dwmr.figures.style import COLOURS
 from dwmr.output import report
-from dwmr.output.report import filter_cells, hits, printed_errors
+from dwmr.output.report import chattering_cells, filter_cells, hits, printed_errors
 from dwmr.page import plots
 from dwmr.results.paper_tables import beside
-from dwmr.scenario.model import Scenario
+from dwmr.scenario.model import SETTLING, Scenario
 from dwmr.simulation.simulate import Trajectory
 from fuzzyctl.page.document import PANELS, asset, enclosed, html_document
 
@@ -92,11 +92,12 @@ def safety(runs: Mapping[str, Any]) -> str:
         "robot_gap": "body to another body [m]",
     }
     head = ["law", "robot", *(f"least distance, {distance}" for distance in kinds.values())]
-    head += ["obstacles hit", "robots hit", "avoids [s]"]
+    head += ["obstacles hit", "robots hit", "avoids [s]", "switches of the avoidance"]
 
     def cells(run: Mapping[str, Any], robot: str) -> list[str]:
         distances = ["" if run[kind][robot] is None else f"{run[kind][robot]:.2f}" for kind in kinds]
-        return [*distances, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}"]
+        switches = str(run["avoidance_switches"][robot]["all"])
+        return [*distances, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}", switches]
 
     return _table("Safety; distances of bodies that overlap are negative", head, _by_robot(runs, cells))
 
@@ -112,13 +113,13 @@ def safety_filter(runs: Mapping[str, Any]) -> str:
 
 def effort(runs: Mapping[str, Any]) -> str:
     """Return the table of chattering and limits."""
-    head = ["law", "robot", "mean |dv_c/dt| [m/s²]", "mean |dω_c/dt| [rad/s²]"]
+    outside = f"more than {SETTLING:g} s away from avoidances"
+    head = ["law", "robot", "mean |dv_c/dt| [m/s²]", outside, "mean |dω_c/dt| [rad/s²]", outside]
     head += ["at limit of v [%]", "of ω [%]", "of torque [%]"]
 
     def cells(run: Mapping[str, Any], robot: str) -> list[str]:
-        chattering, limits = run["chattering"][robot], run["saturation"][robot]
-        shares = [f"{100.0 * limits[name]:.1f}" for name in ("v", "omega", "torque")]
-        return [f"{chattering['v']:.3f}", f"{chattering['omega']:.3f}", *shares]
+        shares = [f"{100.0 * run['saturation'][robot][name]:.1f}" for name in ("v", "omega", "torque")]
+        return [*chattering_cells(run, robot), *shares]
 
     return _table("Effort", head, _by_robot(runs, cells))
 

@@ -31,6 +31,8 @@ ROBOT = np.dtype(
         ("torque_limit", "f8"),  # of one wheel [N m]
         ("v_limit", "f8"),  # [m/s]
         ("omega_limit", "f8"),  # [rad/s]
+        ("acceleration", "f8"),  # with which commands reach the inner loop, infinite for none [m/s²]
+        ("angular_acceleration", "f8"),  # [rad/s²]
         ("k_p_v", "f8"),
         ("k_p_omega", "f8"),
         ("k_d_v", "f8"),
@@ -208,6 +210,21 @@ def advance(
         k4 = derivative(add(state, k3, h), command_right, command_left, robot, shape, end)
         state = add(add(add(add(state, k1, h / 6.0), k2, h / 3.0), k3, h / 3.0), k4, h / 6.0)
     return state
+
+
+@compiled
+def slewed(command: float, limit: float, before: float, rate: float, dt: float) -> float:
+    """Return the velocity that drives with a limit of acceleration are set to in a period.
+
+    Args:
+        command: Velocity command [m/s, rad/s].
+        limit: Of its size, in its unit.
+        before: Velocity of the period before, in its unit.
+        rate: Limit of acceleration, in its unit per s; infinite for none.
+        dt: Control period [s].
+    """
+    wanted, step = clamp(command, limit), rate * dt
+    return wanted if abs(wanted - before) <= step else before + clamp(wanted - before, step)
 
 
 @compiled

@@ -12,7 +12,7 @@ from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import Signal
 from dwmr.core.jit import compiled
 from dwmr.plant.disturbances import Disturbance, Load, disturbance_since
-from dwmr.plant.robot import Body, State, add, body, pd_torques, smooth_sign
+from dwmr.plant.robot import Body, State, add, body, pd_torques, slewed, smooth_sign
 
 DIFFERENTIAL, ACKERMANN, OMNIDIRECTIONAL = 0, 1, 2
 
@@ -87,7 +87,7 @@ def steering_angle(v: float, omega: float, wheelbase: float, limit: float) -> fl
 @compiled
 def drive(
     i: int, v_c: float, v_y_c: float, omega_c: float, seen: FloatArray, robot: Any, dt: float, vehicles: Vehicles,
-    filters: FloatArray, torques: FloatArray,
+    filters: FloatArray, targets: FloatArray, torques: FloatArray,
 ) -> None:  # fmt: skip
     """Turn the velocity command of one vehicle into torques, and the steering angle or sideways torque it asks for.
 
@@ -98,16 +98,19 @@ def drive(
         robot: Record of dtype `robot.ROBOT`.
         dt: Control period [s].
         vehicles: Its `asked` and the filter in its `state` are written.
-        filters, torques: Written, shape (2,), see `loop.Memory`.
+        filters, targets, torques: Written, shapes (2,), (3,) and (2,), see `loop.Memory`.
     """
-    e_v, e_omega = clamp(v_c, robot.v_limit) - seen[3], clamp(omega_c, robot.omega_limit) - seen[4]
+    targets[0] = slewed(v_c, robot.v_limit, targets[0], robot.acceleration, dt)
+    targets[1] = slewed(omega_c, robot.omega_limit, targets[1], robot.angular_acceleration, dt)
+    e_v, e_omega = targets[0] - seen[3], targets[1] - seen[4]
     vehicle, state = vehicles.own[i], vehicles.state[i]
     if vehicle.kind == ACKERMANN:
         vehicles.asked[i] = steering_angle(v_c, omega_c, vehicle.wheelbase, vehicle.steering_limit)
         e_omega = 0.0  # its rear wheels drive and do not turn it
     torques[0], torques[1], filters[0], filters[1] = pd_torques(e_v, e_omega, filters[0], filters[1], robot, dt)
     if vehicle.kind == OMNIDIRECTIONAL:
-        e_y = clamp(v_y_c, robot.v_limit) - state[0]
+        targets[2] = slewed(v_y_c, robot.v_limit, targets[2], robot.acceleration, dt)
+        e_y = targets[2] - state[0]
         # each of two equal torques is half of the torque for one force
         half, _, state[2], _ = pd_torques(e_y, 0.0, state[2], 0.0, robot, dt)
         vehicles.asked[i] = clamp(2.0 * half, robot.torque_limit)

@@ -106,11 +106,9 @@ def avoidance_radii(trajectory: Trajectory, scenario: Scenario, robot: str) -> F
     Source:
         Goto, Bertol, Martins, Eqs. (58)-(63).
     """
-    i, settings_of_robot, settings = trajectory.robots.index(robot), scenario.robots[robot], scenario.avoidance
+    i, settings_of_robot = trajectory.robots.index(robot), scenario.robots[robot]
     x, y, theta, v = (trajectory[name][:, i] for name in ("x", "y", "theta", "v"))
-    values = Avoidance(
-        settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
-    )
+    values = Avoidance(**scenario.avoidance.model_dump())
     gap, at = distances(trajectory, scenario, robot), centres(scenario, trajectory.t)
     radii = np.empty_like(gap)
     for a, one in enumerate(scenario.obstacles):

@@ -14,7 +14,7 @@ from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
 from dwmr.results import lyapunov
 from dwmr.results.distances import contact, obstacle_gaps, robot_gaps, safety_measures
-from dwmr.scenario.model import Scenario
+from dwmr.scenario.model import FAST, SETTLING, Scenario
 from dwmr.scenario.outlines import centres
 from dwmr.simulation.simulate import Trajectory
 
@@ -129,6 +129,8 @@ def _measures(run: Trajectory, scenario: Scenario) -> dict[str, Callable[[], Any
         ],
         "robots_hit": lambda: _robots_hit(run, scenario, pairs()),
         "chattering": lambda: {n: _chattering(run, scenario.run.dt, n) for n in names},
+        "chattering_outside": lambda: _chattering_outside(run, scenario.run.dt),
+        "avoidance_switches": lambda: {n: _switches(run["obstacle"][:, i] >= 0) for i, n in enumerate(names)},
         "avoidance_s": lambda: {n: _share(run["obstacle"][:, i] >= 0) * _span(run) for i, n in enumerate(names)},
         "saturation": lambda: {n: _saturation(run, scenario, n) for n in names},
         "condition_violated": lambda: {n: _condition_violated(run, scenario, n) for n in names},
@@ -176,14 +178,28 @@ def _robots_hit(trajectory: Trajectory, scenario: Scenario, pairs: Pairs) -> lis
     return [{"robots": list(names), **one._asdict()} for names, one in contacts if one is not None]
 
 
-def _chattering(trajectory: Trajectory, dt: float, robot: str) -> dict[str, float]:
-    """Return the mean of |Δv_c|/Δt per channel [m/s², rad/s²]."""
+def _chattering(trajectory: Trajectory, dt: float, robot: str, where: Any = slice(None)) -> dict[str, float]:
+    """Return the mean of |Δv_c|/Δt per channel over all steps or some of them [m/s², rad/s²]."""
     i = trajectory.robots.index(robot)
     result = {}
     for channel, signal in (("v", "v_c"), ("omega", "omega_c")):
-        change = np.abs(np.diff(trajectory[signal][:, i]))
+        change = np.abs(np.diff(trajectory[signal][:, i]))[where]
         result[channel] = float(change.mean() / dt) if change.size else 0.0
     return result
+
+
+def _chattering_outside(trajectory: Trajectory, dt: float) -> dict[str, dict[str, float] | None]:
+    """Return the chattering of each robot while none avoids, nor within `SETTLING`; None where that is never so."""
+    avoids = np.flatnonzero((trajectory["obstacle"] >= 0).any(axis=1))
+    steps, margin = np.arange(len(trajectory.t) - 1), round(SETTLING / dt)
+    near = np.searchsorted(avoids, steps + 1 + margin, "right") > np.searchsorted(avoids, steps - margin)
+    return {n: None if near.all() else _chattering(trajectory, dt, n, ~near) for n in trajectory.robots}
+
+
+def _switches(avoids: Any) -> dict[str, int]:
+    """Return how often an avoidance begins or ends, and how often within `FAST` periods of the switch before."""
+    at = np.flatnonzero(np.diff(avoids.astype(np.int8)))
+    return {"all": int(at.size), "fast": int((np.diff(at) <= FAST).sum())}
 
 
 def _saturation(trajectory: Trajectory, scenario: Scenario, robot: str) -> dict[str, float]:

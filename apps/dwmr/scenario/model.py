@@ -126,6 +126,12 @@ class Actuator(Section):
     torque_limit: float = quantity("largest torque of one wheel", "N m", gt=0)
     v_limit: float = quantity("largest linear velocity that the inner loop is commanded", "m/s", gt=0)
     omega_limit: float = quantity("largest angular velocity that the inner loop is commanded", "rad/s", gt=0)
+    acceleration: float | None = quantity(
+        "largest rate of the commanded linear velocity, absent for none", "m/s²", gt=0, default=None
+    )
+    angular_acceleration: float | None = quantity(
+        "largest rate of the commanded angular velocity, absent for none", "rad/s²", gt=0, default=None
+    )
 
 
 class InnerLoop(Section):
@@ -277,6 +283,12 @@ class SafetySettings(Section):
     )
 
 
+#: Control periods from one switch of the avoidance to the next within which the second one is fast.
+FAST = 10
+#: Time before and after an avoidance that counts as part of it in the chattering outside of avoidances [s].
+SETTLING = 1.0
+
+
 class AvoidanceSettings(Section):
     """Variable avoidance radius and slowdown, Eqs. (57)-(63), (71)."""
 
@@ -286,6 +298,7 @@ class AvoidanceSettings(Section):
     gamma: float = quantity("divisor γ of the expansion", "-", gt=0)
     rho: float = quantity("decline ϱ of the expansion with distance", "1/m", ge=0)
     slowdown: float = quantity("share ρ_v of the reference velocity kept", "-", gt=0, le=1)
+    hysteresis: float = quantity("distance beyond R_d at which an avoidance ends", "m", ge=0, le=FARTHEST, default=0.0)
 
 
 class Window(Section):

@@ -24,7 +24,18 @@ _PLACES = 400
 
 def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Warn of values with surprising effects."""
-    for remark in (_rounded, _together, _starts, _margin, _windows, _spared, _fast, safety_remarks):
+    for remark in (
+        _rounded,
+        _together,
+        _starts,
+        _margin,
+        _windows,
+        _spared,
+        _fast,
+        _slow_drives,
+        _steered,
+        safety_remarks,
+    ):
         diagnostics = dict.fromkeys(remark(scenario, places))
         yield from (dataclasses.replace(one, severity="warning") for one in islice(diagnostics, MOST_OF_A_KIND))
 
@@ -161,3 +172,27 @@ def _fast(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
                 f"steps of h = {step:g} s: the run sees a slower one"
             )
             yield places.diagnostic("FZ904", key, message, help="raise run.substeps or shorten run.dt")
+
+
+def _slow_drives(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Find drives that follow the commands of the safety filter with less acceleration than it has."""
+    for key, unit in (("acceleration", "m/s²"), ("angular_acceleration", "rad/s²")) if scenario.safety else ():
+        rate = getattr(scenario.safety, key)
+        for name, robot in scenario.robots.items():
+            limit = getattr(robot.actuator, key)
+            if limit is not None and limit < rate:
+                message = (
+                    f"robots.{name}.actuator.{key} = {limit:g} {unit} is below safety.{key} = {rate:g} {unit}: "
+                    "barriers may be missed"
+                )
+                help_text = f"set safety.{key} to {limit:g} {unit} or less"
+                yield places.diagnostic("FZ904", f"robots.{name}.actuator.{key}", message, help=help_text)
+
+
+def _steered(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Find cars with a limit of angular acceleration, which their steering has in place of the drives."""
+    for name, robot in scenario.robots.items():
+        if isinstance(robot.vehicle, Ackermann) and robot.actuator.angular_acceleration is not None:
+            key = f"robots.{name}.actuator.angular_acceleration"
+            message = f"{key} has no effect: robots.{name} is a car, which its steering turns"
+            yield places.diagnostic("FZ904", key, message, help=f"set robots.{name}.vehicle.steering_rate")

@@ -19,11 +19,10 @@ from dwmr.control.formation import (
 from dwmr.control.obstacle_avoidance import Avoidance, avoid, towards
 from dwmr.control.safety_filter import Filter, filter_commands
 from dwmr.core.arrays import FloatArray, Safety
-from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import PostureError, Signal
 from dwmr.core.jit import compiled
 from dwmr.plant.disturbances import Load, disturbance, measure
-from dwmr.plant.robot import State, advance, pd_torques
+from dwmr.plant.robot import State, advance, pd_torques, slewed
 from dwmr.plant.vehicles import Vehicles, advance_vehicle, drive, lateral_velocity, moves_sideways, steering
 from dwmr.simulation.faults import fault_of
 
@@ -93,6 +92,7 @@ class Memory(NamedTuple):
         wheels, odometry: Memory of the sensors, shapes (n, 6) and (n, 3), see `sensors.measure`.
         theta_star: Auxiliary orientations θ*_r, shape (n,) [rad].
         filters: States of the derivative filters, shape (n, 2) [m/s, rad/s].
+        targets: Velocities that the drives are set to, ahead, turning and to the left, shape (n, 3) [m/s, rad/s, m/s].
         sides: Latched sides of avoidance, shape (n, a).
         law: States of the control law, shape (n, s).
         next_law: The same after the period.
@@ -106,6 +106,7 @@ class Memory(NamedTuple):
     odometry: FloatArray
     theta_star: FloatArray
     filters: FloatArray
+    targets: FloatArray
     sides: FloatArray
     law: FloatArray
     next_law: FloatArray
@@ -324,9 +325,10 @@ def _error(
 @compiled
 def _inner_loop(i: int, v_c: float, omega_c: float, world: World, memory: Memory) -> None:
     """Turn the limited velocity command and the velocities seen at the wheels into torque commands."""
-    robot = world.robots[i]
-    e_v = clamp(v_c, robot.v_limit) - memory.seen[i, 3]
-    e_omega = clamp(omega_c, robot.omega_limit) - memory.seen[i, 4]
+    robot, targets = world.robots[i], memory.targets
+    targets[i, 0] = slewed(v_c, robot.v_limit, targets[i, 0], robot.acceleration, world.dt)
+    targets[i, 1] = slewed(omega_c, robot.omega_limit, targets[i, 1], robot.angular_acceleration, world.dt)
+    e_v, e_omega = targets[i, 0] - memory.seen[i, 3], targets[i, 1] - memory.seen[i, 4]
     right, left, filter_v, filter_omega = pd_torques(
         e_v, e_omega, memory.filters[i, 0], memory.filters[i, 1], robot, world.dt
     )
@@ -345,7 +347,7 @@ def _drive(
     row[0], row[1] = steering(i, vehicles), lateral_velocity(i, vehicles)
     drive(
         i, v_c, v_y_c, omega_c, memory.seen[i], world.robots[i], world.dt, vehicles, memory.filters[i],
-        memory.torques[i],
+        memory.targets[i], memory.torques[i],
     )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -158,7 +159,6 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
     for row, robot in zip(robots, scenario.robots.values(), strict=True):
         for name, value in _constants(robot, names).items():
             row[name] = value
-    settings = scenario.avoidance
     return World(
         scenario.run.dt,
         scenario.run.substeps,
@@ -166,9 +166,7 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
         robots.view(np.recarray),
         _acting(scenario).view(np.recarray),
         Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
-        Avoidance(
-            settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
-        ),
+        Avoidance(**scenario.avoidance.model_dump()),
         np.array([law.gains for law in laws]),
         float(scenario.formation.leader_velocity == "ground"),
         measures_exactly,
@@ -180,7 +178,8 @@ def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
     """Return the fields of a `ROBOT` record."""
     as_accelerations = robot.inner_loop.torque_reading == "acceleration"
     formation = robot.formation
-    derived = {
+    accelerations = {name: getattr(robot.actuator, name) for name in ("acceleration", "angular_acceleration")}
+    derived = {name: math.inf if one is None else one for name, one in accelerations.items()} | {
         "pd_mass": robot.mass if as_accelerations else 1.0,
         "pd_inertia": robot.inertia if as_accelerations else 1.0,
         "separation": formation.separation if formation else 0.0,
@@ -222,7 +221,9 @@ def _memory(simulation: Simulation, laws: list[Law], measures_exactly: bool) -> 
     sides = np.zeros((n, len(scenario.obstacles)))
     filters, slip, torques = np.zeros((3, n, 2))
     wheels, odometry = np.zeros((n, 6)), plant[:, :3].copy()
-    return Memory(plant, slip, seen, wheels, odometry, theta_star, filters, sides, law, law.copy(), torques)
+    return Memory(
+        plant, slip, seen, wheels, odometry, theta_star, filters, np.zeros((n, 3)), sides, law, law.copy(), torques
+    )
 
 
 def _first_direction(simulation: Simulation, robot: Robot) -> float:

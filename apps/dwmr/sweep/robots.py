@@ -168,7 +168,7 @@ def unit_of(column: str) -> str:
     group, last = column.partition(".")[0], column.rpartition(".")[2]
     if column.startswith("safety.disc_gap."):
         return "m"
-    if group == "chattering":
+    if group in ("chattering", "chattering_outside"):
         return _CHATTERING.get(last, "")
     if group in _GROUP_UNITS:
         return _GROUP_UNITS[group]
@@ -178,7 +178,8 @@ def unit_of(column: str) -> str:
 #: Groups of measures that a sweep can keep, as summary.json names them.
 Measure = Literal[
     "rmse", "rmse_body", "rmse_inertial", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit",
-    "chattering", "avoidance_s", "saturation", "condition_violated", "safety", "lyapunov", "drift", "g_ais_min",
+    "chattering", "chattering_outside", "avoidance_s", "avoidance_switches", "saturation", "condition_violated",
+    "safety", "lyapunov", "drift", "g_ais_min",
 ]  # fmt: skip
 
 #: Names of earlier versions.

@@ -26,6 +26,22 @@ RESULTS = Path(__file__).with_name("readings.json")
 NAMES = ("x_e", "y_e", "theta_e")
 NOISE = tuple(f"robot.noise.{name}=0.01" for name in ("x", "y", "theta", "v", "omega"))
 
+
+def drives(omega_limit: float, angular_acceleration: float) -> tuple[str, ...]:
+    """Return the settings of drives that turn no faster than two limits [rad/s, rad/s²]."""
+    keys = {"omega_limit": omega_limit, "angular_acceleration": angular_acceleration}
+    return tuple(f"robot.actuator.{key}={value:g}" for key, value in keys.items())
+
+
+#: Limits of drives: angular velocities [rad/s] and accelerations [rad/s²]; the vendor's simulator has 1.74 of both.
+TURNING = (0.8, 0.9, 1.0, 1.05, 1.1, 1.2, 1.4, 1.74, 3.0, 6.28)
+SLEWING = (1.0, 1.74, 3.0, 5.0, 10.0)
+#: A run of the equations for each pair.
+GRID = {
+    f"the equations, {w:g} rad/s, {a:g} rad/s²": ("run.plant=equations", *drives(w, a))
+    for w in TURNING
+    for a in SLEWING
+}
 #: Name of each reading, and its settings of `experiment`.
 READINGS: dict[str, tuple[str, ...]] = {
     "the equations": ("run.plant=equations",),
@@ -40,6 +56,14 @@ READINGS: dict[str, tuple[str, ...]] = {
     "odometry": ("robot.sensors.pose=odometry",),
     "noise of 1 cm, 0.01 rad, 0.01 m/s, 0.01 rad/s": NOISE,
     "follower1 turned by 2.7 rad at its start": ("robots.follower1.theta_0=2.7",),
+    "drives of 1 rad/s, 1.74 rad/s²": drives(1.0, 1.74),
+    "drives of 1.05 rad/s, 1.74 rad/s²": drives(1.05, 1.74),
+    "drives of 1.05 rad/s, 1.74 rad/s², half the step": (*drives(1.05, 1.74), "run.substeps=8"),
+    "drives of 1.1 rad/s, 1.74 rad/s²": drives(1.1, 1.74),
+    "drives of 1.2 rad/s, 1.74 rad/s²": drives(1.2, 1.74),
+    "drives of 1.74 rad/s, 1.74 rad/s²": drives(1.74, 1.74),
+    "drives of 1.74 rad/s, 1.74 rad/s², 0.6 m/s²": (*drives(1.74, 1.74), "robot.actuator.acceleration=0.6"),
+    **GRID,
 }
 
 
@@ -71,7 +95,8 @@ def rows(results: dict[str, Any]) -> Iterator[str]:
     printed = TABLE_13["aifqsmc"]
     yield _row("Table 13", printed, "")
     for name, one in results.items():
-        yield _row(name, one["errors"], str(one["robots_hit"]))
+        if name not in GRID:
+            yield _row(name, one["errors"], str(one["robots_hit"]))
     yield ""
     for robot in ("follower1", "follower2"):
         for name, symbol, unit in (("x_e", "x_e", "m"), ("y_e", "y_e", "m"), ("theta_e", "θ_e", "rad")):
@@ -85,6 +110,27 @@ def rows(results: dict[str, Any]) -> Iterator[str]:
             yield f"| {name} | {robot} | {' | '.join(cells)} | {row['two_pi_s']:.2f} s |"
 
 
+def nearness(errors: dict[str, Any]) -> tuple[int, float]:
+    """Return how many of nine ratios to Table 13 are within 35 % of 1, and the root mean square of their logarithms."""
+    ratios = [errors[robot][name] / row[name] for robot, row in TABLE_13["aifqsmc"].items() for name in NAMES]
+    return sum(abs(one - 1.0) <= 0.35 for one in ratios), rmse(np.log(ratios))
+
+
+def grid_rows(results: dict[str, Any]) -> Iterator[str]:
+    """Yield the rows of the tables of limits: ratios within 35 %, root mean square of their logarithms, a θ_e."""
+    for name in ("as shipped", *(name for name in results if name.startswith("drives of"))):
+        yield f"| {name} | {_cell(results[name]['errors'])} |"
+    yield ""
+    for w in TURNING:
+        cells = [_cell(results[f"the equations, {w:g} rad/s, {a:g} rad/s²"]["errors"]) for a in SLEWING]
+        yield f"| {w:g} rad/s | {' | '.join(cells)} |"
+
+
+def _cell(errors: dict[str, Any]) -> str:
+    near, spread = nearness(errors)
+    return f"{near}, {spread:.2f}, {errors['follower1']['theta_e']:.3f}"
+
+
 def _row(name: str, errors: dict[str, Any], last: str) -> str:
     cells = [" ".join(f"{errors[robot][key]:.3f}" for key in NAMES) for robot in TABLE_13["aifqsmc"]]
     return f"| {name} | {' | '.join(cells)} | {last} |"
@@ -93,7 +139,8 @@ def _row(name: str, errors: dict[str, Any], last: str) -> str:
 def main() -> None:
     """Run all readings, or print the rows."""
     if "--rows" in sys.argv[1:]:
-        print("\n".join(rows(json.loads(RESULTS.read_text(encoding="utf-8")))))
+        results = json.loads(RESULTS.read_text(encoding="utf-8"))
+        print("\n".join((*rows(results), "", *grid_rows(results))))
         return
     done = {name: run(overrides) for name, overrides in READINGS.items()}
     part = RESULTS.with_suffix(".part")

@@ -15,7 +15,7 @@ from dwmr.control.obstacle_avoidance import (
 )
 
 RADIUS = 0.56
-AVOIDANCE = Avoidance(1.7, 5.0, 5.0, 2.0, 1.0, 0.1)
+AVOIDANCE = Avoidance(1.7, 5.0, 5.0, 2.0, 1.0, 0.1, 0.0)
 
 
 class TestAvoidanceRadius:
@@ -94,3 +94,12 @@ class TestAvoid:
     def test_is_off_inside_the_obstacle_itself(self):
         sides = np.zeros(1)
         assert avoid(2.0, 0.3, 0.0, 0.5, RADIUS, self.OBSTACLES[2:], sides, AVOIDANCE)[0] == -1
+
+    def test_hysteresis_ends_an_avoidance_beyond_the_radius_and_begins_none(self):
+        sides, obstacles = np.zeros(1), self.OBSTACLES[2:]
+        with_hysteresis = AVOIDANCE._replace(hysteresis=0.5)
+        on = [
+            avoid(2.0 - distance, 0.0, 0.0, 0.0, RADIUS, obstacles, sides, with_hysteresis)[0] == 0
+            for distance in (3.0, 2.7, 3.0, 3.25, 3.27, 3.0)  # R_d at rest is 2.76 m
+        ]
+        assert on == [False, True, True, True, False, False]

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dwmr.plant.disturbances import DISTURBANCE, Load, disturbance
-from dwmr.plant.robot import ROBOT, State, advance, body, derivative, pd_torques
+from dwmr.plant.robot import ROBOT, State, advance, body, derivative, pd_torques, slewed
 
 NO_LOAD = Load(0.0, 0.0, 1.0, 1.0)
 CALM = np.zeros(0, dtype=DISTURBANCE).view(np.recarray)
@@ -144,3 +144,16 @@ class TestPdTorques:
     def test_respects_the_limit(self, e_v, e_omega):
         right, left, _, _ = pd_torques(e_v, e_omega, 0.0, 0.0, robot(), 0.005)
         assert max(abs(right), abs(left)) <= 34.0
+
+
+class TestSlewed:
+    def test_is_the_limited_command_itself_without_a_limit_of_acceleration(self):
+        assert slewed(0.1 + 0.2, 1.0, 0.7, math.inf, 0.005) == 0.1 + 0.2
+        assert slewed(-3.0, 1.0, 0.7, math.inf, 0.005) == -1.0
+
+    @given(st.floats(-10, 10), st.floats(-1, 1), st.floats(0.01, 100))
+    def test_goes_towards_the_command_and_no_faster_than_its_rate(self, command, before, rate):
+        after = slewed(command, 1.0, before, rate, 0.005)
+        wanted = max(-1.0, min(1.0, command))
+        assert abs(after - before) <= rate * 0.005 * (1 + 1e-9)
+        assert abs(wanted - after) == pytest.approx(max(0.0, abs(wanted - before) - rate * 0.005), abs=1e-12)

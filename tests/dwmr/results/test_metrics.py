@@ -79,6 +79,29 @@ class TestMeasure:
         assert result["saturation"]["leader"]["v"] == pytest.approx(2 / 3)
         assert result["avoidance_s"]["leader"] == pytest.approx(0.01 * 2 / 3)
 
+    def test_counts_the_switches_of_the_avoidance(self):
+        obstacle = np.full((60, 1), -1)
+        obstacle[5:8] = obstacle[17:30] = obstacle[40:] = 0
+        obstacle[45:] = 1  # from one obstacle to the next it stays on
+        result = measure(by_hand(samples=60, obstacle=obstacle * [1, 0, 0] - [0, 1, 1]), SCENARIO)
+        assert result["avoidance_switches"] == {
+            "leader": {"all": 5, "fast": 3}, "follower1": {"all": 0, "fast": 0}, "follower2": {"all": 0, "fast": 0},
+        }  # fmt: skip
+
+    def test_chattering_outside_is_that_away_from_avoidances(self):
+        # steps of 5 ms: an avoidance from 1.5 to 2 s counts from 0.5 to 3 s
+        t = np.arange(800)
+        v_c = (t % 2)[:, None] * np.where((t > 101) & (t < 599), 0.3, 0.1)[:, None] * [1, 1, 0]
+        obstacle = np.where((t >= 300) & (t < 400), 0, -1)[:, None] * [1, 0, 0] - [0, 1, 1]
+        result = measure(by_hand(samples=800, v_c=v_c, obstacle=obstacle), SCENARIO)
+        for robot in ("leader", "follower1"):
+            assert result["chattering_outside"][robot] == pytest.approx({"v": 20.0, "omega": 0.0})
+            assert result["chattering"][robot]["v"] > 40.0
+        never = measure(by_hand(samples=150, obstacle=0), SCENARIO)
+        assert never["chattering_outside"]["leader"] is None
+        calm = measure(by_hand(samples=150, v_c=v_c[:150]), SCENARIO)
+        assert calm["chattering_outside"] == calm["chattering"]
+
     def test_measures_each_velocity_against_its_own_limit(self):
         omega_c = np.array([[6.3], [3.0], [-6.3]]) * [1, 0, 0]
         v_c = np.array([[6.3], [3.0], [0.5]]) * [1, 0, 0]

@@ -89,3 +89,32 @@ def test_halving_the_step_of_the_integration_changes_no_error(measured, law, sub
     for robot, values in usual["rmse"].items():
         for name in ("x_e", "y_e", "theta_e"):
             assert values[name] == pytest.approx(finer["rmse"][robot][name], rel=band), (robot, name)
+
+
+@pytest.mark.parametrize("law", CLOSE)
+def test_with_hysteresis_the_avoidance_switches_twice_an_obstacle_whatever_the_period(measured, law):
+    usual, settings = measured(law), ("avoidance.hysteresis=0.5",)
+    assert usual["avoidance_switches"]["leader"]["fast"] > 100
+    for more in ((), ("run.dt=0.0025", "run.substeps=2")):
+        result = measured(law, *settings, *more)
+        assert result["avoidance_switches"]["leader"] == {"all": 6, "fast": 0}
+        assert result["chattering"]["leader"]["v"] < 0.1 * usual["chattering"]["leader"]["v"]
+        for robot, bar in (("leader", 0.06), ("follower1", 0.01), ("follower2", 0.01)):
+            for name in ("x_e", "y_e", "theta_e"):
+                assert result["rmse"][robot][name] == pytest.approx(usual["rmse"][robot][name], rel=bar)
+                assert result["rmse"][robot][name] == pytest.approx(TABLE_12[law][robot][name], rel=0.1)
+    outside = usual["chattering_outside"]["leader"]["v"]
+    assert outside == pytest.approx(0.06, abs=0.01)
+
+
+def test_a_run_warns_of_an_avoidance_that_switches_from_period_to_period(dwmr):
+    more = ("--set", "run.horizon=60", "-o")
+    said = [
+        " ".join(
+            dwmr("run", "paper", "--set", f"avoidance.hysteresis={hysteresis}", *more, f"with-{hysteresis}")[1].split()
+        )
+        for hysteresis in (0.0, 0.5)
+    ]
+    warning = "warning: aifqsmc: the avoidance of leader switches"
+    assert [one.count(warning) for one in said] == [1, 0]
+    assert "within 10 control periods: more often with a shorter run.dt; set avoidance.hysteresis against it" in said[0]

@@ -19,6 +19,8 @@ REFUSED = {
     "robots.follower1.formation.leader=follower1":
         "robots.follower1.formation.leader = 'follower1': a robot cannot follow itself",
     "robots.follower1.d=0": "robots.follower1.d must be > 0 m, got 0",
+    "robot.actuator.acceleration=0": "robot.actuator.acceleration must be > 0 m/s², got 0",
+    "robot.actuator.angular_acceleration=0": "robot.actuator.angular_acceleration must be > 0 rad/s², got 0",
     "robots.follower1.formation.separation=0": "robots.follower1.formation.separation must be > 0 m, got 0",
     "robots.follower1.formation.bearing=7": "robots.follower1.formation.bearing must be <= 2π rad, got 7",
     "robots.follower1.formation.bearing=-7": "robots.follower1.formation.bearing must be >= -2π rad, got -7",
@@ -231,3 +233,18 @@ def test_checks_come_without_the_compiler():
 def test_limits_below_the_velocities_of_the_path_are_warned_of(overrides, message):
     found = [one for one in warned("undisturbed", *overrides) if "_limit" in one]
     assert [one[: len(message)] for one in found] == ([message] if message else [])
+
+
+def test_a_limit_of_acceleration_that_a_car_does_not_use_is_warned_of():
+    (one,) = warned("ackermann", "robots.leader.actuator.angular_acceleration=1")
+    assert one.startswith("robots.leader.actuator.angular_acceleration has no effect: robots.leader is a car")
+    assert warned("ackermann", "robots.leader.actuator.acceleration=1") == []
+
+
+@pytest.mark.parametrize("key", ["acceleration", "angular_acceleration"])
+def test_a_limit_of_acceleration_of_0_is_shown_in_its_line(tmp_path, key):
+    path = tmp_path / "mine.toml"
+    path.write_text(f'extends = "paper"\n[robot.actuator]\n{key} = 0.0\n', encoding="utf-8")
+    (one,) = mistakes(path)
+    assert one.message.startswith(f"robot.actuator.{key} must be > 0 ")
+    assert (one.span.line, one.span.source.name) == (3, str(path))

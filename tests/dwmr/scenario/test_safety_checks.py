@@ -54,6 +54,11 @@ def test_an_unknown_key_and_a_missing_one_are_refused():
 @pytest.mark.parametrize(
     ("change", "override", "message"),
     [
+        (
+            {},
+            "robots.leader.actuator.acceleration=1.5",
+            "robots.leader.actuator.acceleration = 1.5 m/s² is below safety.acceleration = 2 m/s²: barriers may be",
+        ),
         ({"acceleration": 9.0}, "run.seed=1", "safety.acceleration = 9 m/s² is beyond what the wheels give"),
         ({"angular_acceleration": 20.0}, "run.seed=1", "safety.angular_acceleration = 20 rad/s² is beyond what"),
         ({"alpha": 2.0}, "run.seed=1", "safety.alpha = 2 1/s brakes robots.leader from its 2 m/s with up to 4 m/s²"),

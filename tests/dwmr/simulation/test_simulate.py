@@ -122,6 +122,24 @@ def test_limits_hold_the_velocities_that_the_inner_loop_follows(run_paper, limit
     assert np.abs(trajectory[name][-800:]).max() < 0.12
 
 
+def fastest_change(trajectory, name):
+    """Return the largest mean acceleration over 0.2 s; for a moment the inner loop overshoots its set point."""
+    return np.abs(trajectory[name][40:] - trajectory[name][:-40]).max() / 0.2
+
+
+@pytest.mark.parametrize(
+    ("name", "signals"),
+    [("paper", ("v", "omega")), ("ackermann", ("v",)), ("omnidirectional", ("v", "v_y", "omega"))],
+)
+def test_drives_with_limits_of_acceleration_change_their_velocities_no_faster(name, signals):
+    limits = ("robot.actuator.acceleration=0.2", "robot.actuator.angular_acceleration=0.25")
+    usual, limited = (run(name, "", "run.horizon=5", *more) for more in ((), limits))
+    for signal in signals:
+        most = 0.25 if signal == "omega" else 0.2
+        assert fastest_change(usual, signal) > 1.5 * most
+        assert 0.9 * most < fastest_change(limited, signal) < 1.1 * most
+
+
 def test_avoidance_uses_the_radius_of_the_robot_that_avoids(run_paper):
     _, usual = run_paper("smc", "run.horizon=52")
     _, wide = run_paper("smc", "run.horizon=52", "robots.follower1.radius=3.0")
