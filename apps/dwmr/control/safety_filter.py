@@ -26,6 +26,9 @@ SIGNALS = (
     Signal("safe_conflict", "-", "what that one is about: index of a robot, or of an obstacle behind them, else -1"),
 )
 
+#: Commands that the filter changes by less are unchanged but for rounding [m/s and rad/s].
+CHANGED = 1e-6
+
 
 class Filter(NamedTuple):
     """Working memory of the filter.
@@ -36,6 +39,7 @@ class Filter(NamedTuple):
         points: Guarded points and headings, shape (n, 3) [m, m, rad].
         wanted: Velocities of the guarded points along and across their robots that the law asks for, shape (n, 2)
             [m/s].
+        turned: Their changes by `_keep_right`, shape (n, 2) [m/s].
         safe: The same after the filter, those of the period before at first, shape (n, 2) [m/s].
         spaces: Constraints on these.
         obstacles: Number of the obstacle that each constraint is about, -1 for none, shape (m,).
@@ -46,6 +50,7 @@ class Filter(NamedTuple):
     commands: FloatArray
     points: FloatArray
     wanted: FloatArray
+    turned: FloatArray
     safe: FloatArray
     spaces: HalfSpaces
     obstacles: Any
@@ -56,9 +61,9 @@ class Filter(NamedTuple):
 def working_memory(n: int, obstacles: int, samples: int) -> Filter:
     """Return working memory for some robots and obstacles, and a record of some samples."""
     most = 4 * n + n * (n - 1) // 2 + n * obstacles
-    commands, points, wanted, safe = (np.zeros((n, columns)) for columns in (2, 3, 2, 2))
+    commands, points, wanted, turned, safe = (np.zeros((n, columns)) for columns in (2, 3, 2, 2, 2))
     about, record = np.full(most, -1, dtype=np.int64), np.zeros((samples, n, len(SIGNALS)))
-    return Filter(commands, points, wanted, safe, half_spaces(most), about, active_set(n), record)
+    return Filter(commands, points, wanted, turned, safe, half_spaces(most), about, active_set(n), record)
 
 
 @compiled
@@ -124,6 +129,7 @@ def filter_commands(
     hard = count
     count = _apart(count, safety, memory)
     count = _away(count, now, after, dt, safety, memory)
+    _keep_right(hard, count, safety.keep_right, memory)
     _hold_back(hard, count, dt, safety, memory)
     project(memory.wanted, memory.spaces, count, hard, memory.active, memory.safe)
     record = memory.record[k]
@@ -149,8 +155,39 @@ def _hold_back(first: int, count: int, dt: float, safety: Safety, memory: Filter
         for row in range(first, count):
             near = near or robots[row, 0] == i or robots[row, 1] == i
         if near:
+            part = 1.0
             for axis in range(2):
-                wanted[i, axis] = safe[i, axis] + clamp(wanted[i, axis] - safe[i, axis], most[axis])
+                part = min(part, most[axis] / max(abs(wanted[i, axis] - safe[i, axis]), 1e-300))
+            for axis in range(2):  # by the same part, for a limit of each would change the direction
+                wanted[i, axis] = safe[i, axis] + part * (wanted[i, axis] - safe[i, axis])
+
+
+@compiled
+def _keep_right(first: int, count: int, share: float, memory: Filter) -> None:
+    """Turn the closing speed that constraints will take from robots to their right, past whatever is in the way.
+
+    Args:
+        first, count: Rows of the constraints.
+        share: Speed to the right of the line of sight, relative to that by which the wanted velocities break a
+            constraint; robots share it as they share the constraint.
+        memory: Read, and `wanted` and `turned` written.
+    """
+    wanted, turned, spaces = memory.wanted, memory.turned, memory.spaces
+    for i in range(wanted.shape[0]):
+        turned[i, 0] = turned[i, 1] = 0.0
+    for row in range(first, count):
+        a, b, normal = spaces.robots[row, 0], spaces.robots[row, 1], spaces.normals[row]
+        by = spaces.bounds[row] - normal[0] * wanted[a, 0] - normal[1] * wanted[a, 1]
+        by -= normal[2] * wanted[b, 0] + normal[3] * wanted[b, 1]
+        if by > 0.0:
+            by *= share if a == b else 0.5 * share
+            turned[a, 0] -= by * normal[1]
+            turned[a, 1] += by * normal[0]
+            turned[b, 0] -= by * normal[3]
+            turned[b, 1] += by * normal[2]
+    for i in range(wanted.shape[0]):
+        wanted[i, 0] += turned[i, 0]
+        wanted[i, 1] += turned[i, 1]
 
 
 @compiled

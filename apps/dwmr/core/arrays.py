@@ -41,6 +41,7 @@ class Safety(NamedTuple):
         speeds: Bounds of the speeds of guarded points and obstacles, shape (n + a,) [m/s].
         errors: Bounds of the difference between a guarded point's mean velocity in a period and the command at its
             start, shape (n,) [m/s].
+        keep_right: Speed to the right of what is in the way, relative to the closing speed that a barrier takes [-].
     """
 
     alpha: float
@@ -52,3 +53,4 @@ class Safety(NamedTuple):
     noise: FloatArray
     speeds: FloatArray
     errors: FloatArray
+    keep_right: float = 1.0

@@ -22,7 +22,8 @@ _ERRORS = "x_e, y_e: of a robot on the reference along x and y, of a follower al
 _RATIO = " ratio: ours / paper's."
 _SAFETY = (
     "centre: least distance of the reference point from an obstacle's centre. gap: least distance of the body from an "
-    "obstacle and from another robot's body, negative where they overlap. hit: how many it touched."
+    "obstacle and from another robot's body, negative where they overlap. hit: how many it touched. arrives: time "
+    "from which on it stays within run.arrival of its place, no if it is farther away at the end."
 )
 ABOUT_FILTER = (
     "disc gap: least distance of the disc about the robot. changed: share of time in which the filter changed its "
@@ -38,7 +39,15 @@ _STABILITY = (
 )
 
 #: Heads of the tables.
-_SAFETY_HEADS = ("centre\nm", "obstacle\ngap m", "robot\ngap m", "obstacles\nhit", "robots\nhit", "avoids\ns")
+_SAFETY_HEADS = (
+    "centre\nm",
+    "obstacle\ngap m",
+    "robot\ngap m",
+    "obstacles\nhit",
+    "robots\nhit",
+    "avoids\ns",
+    "arrives\ns",
+)
 _FILTER_HEADS = ("disc\ngap m", "changed\n%", "infeasible\nmoments", "missed\nmoments")
 _EFFORT_HEADS = ("|dv_c|\nm/s²", "|dω_c|\nrad/s²", "% at limit of\nv    ω    τ", "least\nG_AIS", "took\ns")
 _STABILITY_HEADS = (
@@ -103,7 +112,7 @@ def _print_table(out: Console, title: str, table: Table, about: str) -> None:
 
 
 def sentence(law: str, run: Mapping[str, Any], printed: int | None, picture: str = "") -> str:
-    """Return what became of a run in one sentence: how it ended, its errors, its collisions.
+    """Return what became of a run in one sentence: how it ended, its errors, collisions and arrivals.
 
     Args:
         law: Name of the control law.
@@ -111,7 +120,7 @@ def sentence(law: str, run: Mapping[str, Any], printed: int | None, picture: str
         printed: Number of the paper's table beside the errors, None for none.
         picture: File to point to.
     """
-    parts = [_largest_errors(law, run, printed), _collisions(run)]
+    parts = [_largest_errors(law, run, printed), _collisions(run), _arrivals(run)]
     if run["stopped"]:
         parts.insert(0, f"stopped at t = {run['stopped']['t']:.3f} s")
     return f"{law}: {', '.join(parts)}" + (f"; see {picture}" if picture else "")
@@ -139,6 +148,11 @@ def _collisions(run: Mapping[str, Any]) -> str:
     gaps = [run[kind][robot] for kind in ("obstacle_gap", "robot_gap") for robot in run["rmse"]]
     least = min((gap for gap in gaps if gap is not None), default=None)
     return "no collision" + ("" if least is None else f" (least gap {_number(least, 2)} m)")
+
+
+def _arrivals(run: Mapping[str, Any]) -> str:
+    reached = [one["reached"] for one in run["arrival"].values()]
+    return "all arrive" if all(reached) else f"{sum(reached)} of {len(reached)} arrive"
 
 
 def printed_errors(law: str, run: Mapping[str, Any], printed: int | None) -> Mapping[str, Mapping[str, float]]:
@@ -177,7 +191,13 @@ def _number(value: float, digits: int, sign: str = "") -> str:
 def _safety(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
     distances = [run[kind][robot] for kind in ("centre_distance", "obstacle_gap", "robot_gap")]
     gaps = ["" if one is None else _number(one, 2) for one in distances]
-    return [*gaps, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}"]
+    return [*gaps, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}", arrives(run, robot)]
+
+
+def arrives(run: Mapping[str, Any], robot: str) -> str:
+    """Return the time at which a robot arrives [s], or no."""
+    t = run["arrival"][robot]["t"]
+    return "no" if t is None else f"{t:.1f}"
 
 
 def hits(run: Mapping[str, Any], robot: str) -> tuple[int, int]:

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from dwmr.figures.style import COLOURS
 from dwmr.output import report
-from dwmr.output.report import filter_cells, hits, printed_errors
+from dwmr.output.report import arrives, filter_cells, hits, printed_errors
 from dwmr.page import plots
 from dwmr.results.paper_tables import beside
 from dwmr.scenario.model import Scenario
@@ -92,11 +92,11 @@ def safety(runs: Mapping[str, Any]) -> str:
         "robot_gap": "body to another body [m]",
     }
     head = ["law", "robot", *(f"least distance, {distance}" for distance in kinds.values())]
-    head += ["obstacles hit", "robots hit", "avoids [s]"]
+    head += ["obstacles hit", "robots hit", "avoids [s]", "arrives [s]"]
 
     def cells(run: Mapping[str, Any], robot: str) -> list[str]:
         distances = ["" if run[kind][robot] is None else f"{run[kind][robot]:.2f}" for kind in kinds]
-        return [*distances, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}"]
+        return [*distances, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}", arrives(run, robot)]
 
     return _table("Safety; distances of bodies that overlap are negative", head, _by_robot(runs, cells))
 

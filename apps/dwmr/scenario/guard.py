@@ -70,6 +70,7 @@ def safety_of(scenario: Scenario, settings: SafetySettings) -> Safety:
         noise,
         speeds,
         error + turning + turned * commanded,
+        settings.keep_right,
     )
 
 

@@ -170,10 +170,21 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
             settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
         ),
         np.array([law.gains for law in laws]),
+        _frozen(scenario, laws),
         float(scenario.formation.leader_velocity == "ground"),
         measures_exactly,
         other_plant,
     )
+
+
+def _frozen(scenario: Scenario, laws: list[Law]) -> FloatArray:
+    """Return 1 for each state that rests while the command is changed, shape (n, s)."""
+    frozen = np.zeros((len(laws), max(len(law.state) for law in laws)))
+    for row, law, robot in zip(frozen, laws, scenario.robots.values(), strict=True):
+        guarded = scenario.safety is not None
+        if guarded if robot.conditional_adaptation is None else robot.conditional_adaptation:
+            row[list(law.frozen)] = 1.0
+    return frozen
 
 
 def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
@@ -222,7 +233,9 @@ def _memory(simulation: Simulation, laws: list[Law], measures_exactly: bool) -> 
     sides = np.zeros((n, len(scenario.obstacles)))
     filters, slip, torques = np.zeros((3, n, 2))
     wheels, odometry = np.zeros((n, 6)), plant[:, :3].copy()
-    return Memory(plant, slip, seen, wheels, odometry, theta_star, filters, sides, law, law.copy(), torques)
+    return Memory(
+        plant, slip, seen, wheels, odometry, theta_star, filters, sides, law, law.copy(), torques, np.zeros(n)
+    )
 
 
 def _first_direction(simulation: Simulation, robot: Robot) -> float:
