@@ -284,6 +284,10 @@ class SafetySettings(Section):
     velocity_error: float = quantity(
         "bound of the difference between a guarded point's velocity and its command", "m/s", ge=0, le=FASTEST_OBSTACLE
     )
+    discs: Literal[1, 2] = Field(
+        default=1,
+        description="discs about a body: one about the point `lookahead` ahead of the axle, or one about each half",
+    )
     keep_right: float = quantity(
         "speed to the right of what is in the way, relative to the closing speed that the barrier takes; 0 for none",
         "-", ge=0, le=10, default=1.0,

@@ -20,7 +20,7 @@ from dwmr.plant import vehicles
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT
 from dwmr.reference.prepared import CURVES, Shape
-from dwmr.scenario.guard import safety_of
+from dwmr.scenario.guard import levers_of, safety_of
 from dwmr.scenario.model import LARGEST_NOISE, Ackermann, Omnidirectional, Robot, Scenario
 from dwmr.scenario.outlines import centres, is_moving
 from dwmr.scenario.vehicle_limits import others
@@ -77,7 +77,8 @@ class Periods:
         self.law_record: FloatArray = np.zeros((samples, len(names), len(simulation.module.SIGNALS)))
         self.guard = None
         if scenario.safety is not None:
-            room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples)
+            levers = levers_of(scenario, scenario.safety)
+            room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples, levers)
             self.guard = (safety_of(scenario, scenario.safety), room)
         self.vehicles = _vehicles(scenario, simulation.module, samples)
         self.raised: list[BaseException] = []
