@@ -181,7 +181,7 @@ def _hold_back(first: int, count: int, dt: float, safety: Safety, memory: Filter
 
 @compiled
 def _keep_right(first: int, count: int, share: float, memory: Filter) -> None:
-    """Turn the closing speed that constraints will take from robots to their right, past whatever is in the way.
+    """Turn the closing speed that constraints will take from robots to their right.
 
     Args:
         first, count: Rows of the constraints.

@@ -44,7 +44,7 @@ class Safety(NamedTuple):
         speeds: Bounds of the speeds of centres and obstacles, shape (p + a,) [m/s].
         errors: Bounds of the difference between a centre's mean velocity in a period and the command at its start,
             shape (p,) [m/s].
-        keep_right: Speed to the right of what is in the way, relative to the closing speed that a barrier takes [-].
+        keep_right: Speed to the right of the line of sight, over the closing speed that a barrier takes [-].
     """
 
     alpha: float

@@ -60,6 +60,9 @@ _PAPERS = {
     13: " Table 13: AIFQSMC in Gazebo, whose robots have bodies and sensors; here they are what the scenario says.",
 }
 
+#: An adaptive gain that exceeds its floor by this factor is reported [-].
+WOUND_UP = 10.0
+
 #: Moments of one kind at which a barrier was not kept that are printed.
 MOST_BARRIERS = 5
 
@@ -285,6 +288,7 @@ def warnings(runs: Mapping[str, Any]) -> list[str]:
             where = f", robot {stop['robot']}" if stop["robot"] else ""
             lines.append(f"{controller}: stopped at t = {stop['t']:.3f} s{where}: {stop['reason']}")
         lines += [f"{controller}: {line}" for line in (*contacts(run), *barriers(run))]
+        lines += [f"{controller}: {line}" for line in wound_up(run)]
         shares = {robot: share for robot, share in run["condition_violated"].items() if share > 0}
         if shares:
             robots = ", ".join(f"{robot} {100 * share:.1f} %" for robot, share in shares.items())
@@ -301,6 +305,17 @@ def contacts(run: Mapping[str, Any]) -> list[str]:
     return [
         f"{what} at t = {hit['t']:.2f} s; in contact for {hit['lasted']:.2f} s, overlap {hit['depth']:.2f} m at most"
         for what, hit in met
+    ]
+
+
+def wound_up(run: Mapping[str, Any]) -> list[str]:
+    """Return which adaptive gains left their floors by more than `WOUND_UP`, one line each."""
+    return [
+        f"{robot}'s {name} rises to {_number(gain['largest'], 3)}, {gain['largest'] / gain['start']:.0f} times its "
+        "floor: robot.conditional_adaptation = true keeps it while its command is changed"
+        for robot, gains in run.get("drift", {}).items()
+        for name, gain in gains.items()
+        if gain["start"] > 0.0 and gain["largest"] > WOUND_UP * gain["start"]
     ]
 
 

@@ -164,18 +164,18 @@ def _starts(scenario: Scenario, settings: SafetySettings) -> Iterator[Start]:
         for point in _points(robot, settings, robot.x_0, robot.y_0, robot.theta_0)
     ]
     for i, name in enumerate(names):
-        own = range(i * discs, (i + 1) * discs)
+        discs_here = range(i * discs, (i + 1) * discs)
         for j in range(i):
             distance, p, q = min(
-                (math.dist(points[p], points[q]), p, q) for p in own for q in range(j * discs, (j + 1) * discs)
+                (math.dist(points[p], points[q]), p, q) for p in discs_here for q in range(j * discs, (j + 1) * discs)
             )
             yield Start(name, f"robots.{names[j]}", "that one's", distance, float(least[p, q]), (radii[p], radii[q]))
         for a, obstacle in enumerate(scenario.obstacles):
             if distance_from(obstacle, scenario.robots[name]) <= obstacle.radius:
                 continue
-            distance, p = min((math.dist(points[p], (obstacle.x, obstacle.y)), p) for p in own)
-            kept, both = float(least[p, n + a]), (radii[p], obstacle.radius)
-            yield Start(name, f"obstacles.{a}", "its centre", distance, kept, both)
+            distance, p = min((math.dist(points[p], (obstacle.x, obstacle.y)), p) for p in discs_here)
+            bound, both = float(least[p, n + a]), (radii[p], obstacle.radius)
+            yield Start(name, f"obstacles.{a}", "its centre", distance, bound, both)
 
 
 def _points(robot: Robot, settings: SafetySettings, x: float, y: float, theta: float) -> list[FloatArray]:
@@ -268,8 +268,8 @@ def _too_narrow(scenario: Scenario, settings: SafetySettings, places: Places) ->
         for p, q in np.ndindex(settings.discs, settings.discs):
             one, other = i * settings.discs + p, j * settings.discs + q
             rest = float(safety.errors[one] + safety.errors[other]) / settings.alpha
-            kept = rest + math.hypot(rest, float(safety.kept[one, other]))  # the rate bound is minus the errors' sum
-            room.append((math.dist(behind[p], ahead[q]), kept))
+            bound = rest + math.hypot(rest, float(safety.kept[one, other]))  # the rate bound is minus the errors' sum
+            room.append((math.dist(behind[p], ahead[q]), bound))
         distance, least = min(room, key=lambda both: both[0] - both[1])
         if distance < least:
             message = (

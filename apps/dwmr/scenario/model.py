@@ -289,7 +289,7 @@ class SafetySettings(Section):
         description="discs about a body: one about the point `lookahead` ahead of the axle, or one about each half",
     )
     keep_right: float = quantity(
-        "speed to the right of what is in the way, relative to the closing speed that the barrier takes; 0 for none",
+        "speed to the right of the line of sight, over the closing speed that the barrier takes; 0 for none",
         "-", ge=0, le=10, default=1.0,
     )  # fmt: skip
 
