@@ -83,7 +83,7 @@ class TestGains:
         options = [word for one in (*HEAD_ON, *never) for word in ("--set", one)]
         lines = here("run", "paper-with-limits", "--controller", "aifqsmc", *options, "-o", tmp_path / "out").stdout
         text = " ".join(lines.split())
-        assert "leader's k_h_v rises to 14.673, 146 times its floor: robot.conditional_adaptation = true" in text
+        assert "leader's k_h_v rises to 14.673, 147 times its floor: robot.conditional_adaptation = true" in text
         assert "2 of 3 arrive" in text
         (row,) = [row for row in lines.partition("Safety\n")[2].splitlines() if row.startswith("aifqsmc leader")][:1]
         assert row.endswith("no")
