@@ -108,7 +108,7 @@ class TestCommand:
         assert float(row["low"]) < float(row["mean"]) < float(row["high"])
         here(*arguments, "-o", tmp_path / "table.parquet")
         columns = pyarrow.parquet.read_table(tmp_path / "table.parquet").to_pydict()
-        assert [repr(v) for v in columns["mean"]] == [r["mean"] for r in rows]
+        assert ["" if v is None else repr(v) for v in columns["mean"]] == [r["mean"] for r in rows]
 
     def test_takes_what_varies_from_a_spec(self, tmp_path):
         path = tmp_path / "spec.toml"
