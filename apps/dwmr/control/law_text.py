@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -11,11 +12,12 @@ from dwmr.control.rule_files import Used, read_whole
 from fuzzyctl.analysis.check import check_examined
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError, ValueOutOfBoundsError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.expr import Call, Keyword, Name, names_in, span_of, walk
+from fuzzyctl.expr import Call, Keyword, Name, Number, names_in, span_of, walk
 from fuzzyctl.kernels.free_values import require_bounds
 from fuzzyctl.kernels.plan.equations import Equations, KeptState
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.loading.load import chosen, look_through
+from fuzzyctl.model.block import Bounds
 from fuzzyctl.model.controller import Controller, Result
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.support.files import read_source
@@ -91,6 +93,7 @@ class Assembled:
         self._verdicts: dict[tuple[float, ...], tuple[Verdict, ...]] = {}
         self._starts: dict[tuple[float, ...], FloatArray] = {}
         self._values: dict[tuple[tuple[str, float], ...], tuple[Mapping[str, float], Mapping[str, str]]] = {}
+        self._adaptive: dict[tuple[float, ...], tuple[int, ...]] = {}
         self._step: Kernel | None = None
 
     def values(self, gains: Mapping[str, float]) -> tuple[Mapping[str, float], Mapping[str, str]]:
@@ -141,6 +144,24 @@ class Assembled:
         state = self._starts[fixed].copy()
         state[len(state) - len(names) :] = [values[name] for name in names]
         return state
+
+    def adaptive(self, values: Mapping[str, float]) -> tuple[int, ...]:
+        """Return the numbers of the states that are adaptive gains, with some values of all params.
+
+        An adaptive gain starts at its floor: the positive lower end of a range without an upper end.
+        """
+        fixed = self._fixed(values)
+        if fixed not in self._adaptive:
+            states = equations_of(with_values(self.controller, values)).states
+            self._adaptive[fixed] = tuple(k for k, state in enumerate(states) if _is_adaptive(state))
+        return self._adaptive[fixed]
+
+
+def _is_adaptive(state: KeptState) -> bool:
+    match state.bounds:
+        case Bounds(lower=Number(value=lower), upper=Number(value=upper)):
+            return 0.0 < lower == state.start and upper == math.inf
+    return False
 
 
 def read(path: Path, opened: Mapping[Path, tuple[FuzzySystem, ...]]) -> LawText:

@@ -78,11 +78,14 @@ class Law(NamedTuple):
         gains: Flat constants that `step` reads, shape (g,).
         state: Flat initial state, shape (s,).
         kernels: Compiled gain kernels; number and signatures are those declared to `control_law`.
+        frozen: Numbers of the states, such as adaptive gains, that keep their values in a period in which limits or the
+            safety filter change the command.
     """
 
     gains: FloatArray
     state: FloatArray
     kernels: tuple[Any, ...]
+    frozen: tuple[int, ...] = ()
 
 
 class Plant(Protocol):

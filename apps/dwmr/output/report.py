@@ -24,7 +24,8 @@ _RATIO = " ratio: ours / paper's."
 _SAFETY = (
     "centre: least distance of the reference point from an obstacle's centre. gap: least distance of the body from an "
     "obstacle and from another robot's body, negative where they overlap. hit: how many it touched. switches: how "
-    "often an avoidance begins or ends."
+    "often an avoidance begins or ends. arrives: time from which on it stays within run.arrival of its place, no if it "
+    "is farther away at the end."
 )
 ABOUT_FILTER = (
     "disc gap: least distance of the disc about the robot. changed: share of time in which the filter changed its "
@@ -49,6 +50,7 @@ _SAFETY_HEADS = (
     "robots\nhit",
     "avoids\ns",
     "\nswitches",
+    "arrives\ns",
 )
 _FILTER_HEADS = ("disc\ngap m", "changed\n%", "infeasible\nmoments", "missed\nmoments")
 _EFFORT_HEADS = (
@@ -69,6 +71,9 @@ _PAPERS = {
     12: " Table 12: the paper's simulation; what the paper does not print of it is fitted here to this table.",
     13: " Table 13: AIFQSMC in Gazebo, whose robots have bodies and sensors; here they are what the scenario says.",
 }
+
+#: An adaptive gain that exceeds its floor by this factor is reported [-].
+WOUND_UP = 10.0
 
 #: Moments of one kind at which a barrier was not kept that are printed.
 MOST_BARRIERS = 5
@@ -122,7 +127,7 @@ def _print_table(out: Console, title: str, table: Table, about: str) -> None:
 
 
 def sentence(law: str, run: Mapping[str, Any], printed: int | None, picture: str = "") -> str:
-    """Return what became of a run in one sentence: how it ended, its errors, its collisions.
+    """Return what became of a run in one sentence: how it ended, its errors, collisions and arrivals.
 
     Args:
         law: Name of the control law.
@@ -130,7 +135,7 @@ def sentence(law: str, run: Mapping[str, Any], printed: int | None, picture: str
         printed: Number of the paper's table beside the errors, None for none.
         picture: File to point to.
     """
-    parts = [_largest_errors(law, run, printed), _collisions(run)]
+    parts = [_largest_errors(law, run, printed), _collisions(run), _arrivals(run)]
     if run["stopped"]:
         parts.insert(0, f"stopped at t = {run['stopped']['t']:.3f} s")
     return f"{law}: {', '.join(parts)}" + (f"; see {picture}" if picture else "")
@@ -158,6 +163,11 @@ def _collisions(run: Mapping[str, Any]) -> str:
     gaps = [run[kind][robot] for kind in ("obstacle_gap", "robot_gap") for robot in run["rmse"]]
     least = min((gap for gap in gaps if gap is not None), default=None)
     return "no collision" + ("" if least is None else f" (least gap {_number(least, 2)} m)")
+
+
+def _arrivals(run: Mapping[str, Any]) -> str:
+    reached = [one["reached"] for one in run["arrival"].values()]
+    return "all arrive" if all(reached) else f"{sum(reached)} of {len(reached)} arrive"
 
 
 def printed_errors(law: str, run: Mapping[str, Any], printed: int | None) -> Mapping[str, Mapping[str, float]]:
@@ -197,7 +207,14 @@ def _safety(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
     distances = [run[kind][robot] for kind in ("centre_distance", "obstacle_gap", "robot_gap")]
     gaps = ["" if one is None else _number(one, 2) for one in distances]
     switches = str(run["avoidance_switches"][robot]["all"])
-    return [*gaps, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}", switches]
+    avoids = f"{run['avoidance_s'][robot]:.1f}"
+    return [*gaps, *map(str, hits(run, robot)), avoids, switches, arrives(run, robot)]
+
+
+def arrives(run: Mapping[str, Any], robot: str) -> str:
+    """Return the time at which a robot arrives [s], or no."""
+    t = run["arrival"][robot]["t"]
+    return "no" if t is None else f"{t:.1f}"
 
 
 def hits(run: Mapping[str, Any], robot: str) -> tuple[int, int]:
@@ -288,7 +305,7 @@ def warnings(runs: Mapping[str, Any]) -> list[str]:
             stop = run["stopped"]
             where = f", robot {stop['robot']}" if stop["robot"] else ""
             lines.append(f"{controller}: stopped at t = {stop['t']:.3f} s{where}: {stop['reason']}")
-        lines += [f"{controller}: {line}" for line in (*contacts(run), *barriers(run), *switching(run))]
+        lines += [f"{controller}: {line}" for line in (*contacts(run), *barriers(run), *switching(run), *wound_up(run))]
         shares = {robot: share for robot, share in run["condition_violated"].items() if share > 0}
         if shares:
             robots = ", ".join(f"{robot} {100 * share:.1f} %" for robot, share in shares.items())
@@ -318,6 +335,17 @@ def switching(run: Mapping[str, Any]) -> list[str]:
         "periods: more often with a shorter run.dt; set avoidance.hysteresis against it"
         for robot, switches in run["avoidance_switches"].items()
         if switches["fast"]
+    ]
+
+
+def wound_up(run: Mapping[str, Any]) -> list[str]:
+    """Return which adaptive gains left their floors by more than `WOUND_UP`, one line each."""
+    return [
+        f"{robot}'s {name} rises to {_number(gain['largest'], 3)}, {gain['largest'] / gain['start']:.0f} times its "
+        "floor: robot.conditional_adaptation = true keeps it while its command is changed"
+        for robot, gains in run.get("drift", {}).items()
+        for name, gain in gains.items()
+        if gain["start"] > 0.0 and gain["largest"] > WOUND_UP * gain["start"]
     ]
 
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from dwmr.figures.style import COLOURS
 from dwmr.output import report
-from dwmr.output.report import chattering_cells, filter_cells, hits, printed_errors
+from dwmr.output.report import arrives, chattering_cells, filter_cells, hits, printed_errors
 from dwmr.page import plots
 from dwmr.results.paper_tables import beside
 from dwmr.scenario.model import SETTLING, Scenario
@@ -92,12 +92,13 @@ def safety(runs: Mapping[str, Any]) -> str:
         "robot_gap": "body to another body [m]",
     }
     head = ["law", "robot", *(f"least distance, {distance}" for distance in kinds.values())]
-    head += ["obstacles hit", "robots hit", "avoids [s]", "switches of the avoidance"]
+    head += ["obstacles hit", "robots hit", "avoids [s]", "switches of the avoidance", "arrives [s]"]
 
     def cells(run: Mapping[str, Any], robot: str) -> list[str]:
         distances = ["" if run[kind][robot] is None else f"{run[kind][robot]:.2f}" for kind in kinds]
         switches = str(run["avoidance_switches"][robot]["all"])
-        return [*distances, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}", switches]
+        avoids = f"{run['avoidance_s'][robot]:.1f}"
+        return [*distances, *map(str, hits(run, robot)), avoids, switches, arrives(run, robot)]
 
     return _table("Safety; distances of bodies that overlap are negative", head, _by_robot(runs, cells))
 

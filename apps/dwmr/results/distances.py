@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dwmr.core.arrays import FloatArray
-from dwmr.scenario.guard import radii_of, safety_of
+from dwmr.scenario.guard import levers_of, radii_of, safety_of
 from dwmr.scenario.model import SafetySettings, Scenario
 from dwmr.scenario.outlines import centres, gap_between, gap_to_point, outline, outline_pose
 from dwmr.simulation.simulate import Trajectory
@@ -97,9 +97,9 @@ class Pair(NamedTuple):
     """Two discs along a run.
 
     Attributes:
-        robot: Number of a robot.
+        robot: Number of the robot of the first one.
         other: Number of another robot, or of an obstacle behind all robots.
-        vector: From the other disc's centre to the robot's guarded point, shape (samples, 2) [m].
+        vector: From the other disc's centre to the first one's, shape (samples, 2) [m].
         least: R, the distance of the centres that is kept at samples [m].
         kept: Least measured distance that the filter allows [m].
         noise: By how much that is wrong at most [m].
@@ -122,28 +122,28 @@ class Pair(NamedTuple):
         return np.hypot(self.vector[:, 0], self.vector[:, 1])
 
 
-def guarded_points(trajectory: Trajectory, scenario: Scenario, lookahead: float) -> FloatArray:
-    """Return the points that the filter guards, shape (samples, robots, 2) [m]."""
-    ahead = lookahead - np.array([scenario.robots[name].d for name in trajectory.robots])
-    theta = trajectory["theta"]
-    points: FloatArray = np.stack(
-        [trajectory["x"] + ahead * np.cos(theta), trajectory["y"] + ahead * np.sin(theta)], axis=2
-    )
+def guarded_points(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) -> FloatArray:
+    """Return the centres of the discs, robot by robot, shape (samples, robots · discs, 2) [m]."""
+    offsets = settings.lookahead * levers_of(scenario, settings)
+    ahead = (offsets - np.array([scenario.robots[name].d for name in trajectory.robots])[:, None]).ravel()
+    x, y, theta = (np.repeat(trajectory[name], settings.discs, axis=1) for name in ("x", "y", "theta"))
+    points: FloatArray = np.stack([x + ahead * np.cos(theta), y + ahead * np.sin(theta)], axis=2)
     return points
 
 
 def pairs(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) -> Iterator[Pair]:
-    """Yield each robot with the robots before it and with all obstacles."""
-    safety, radii, n = safety_of(scenario, settings), radii_of(scenario, settings), len(trajectory.robots)
-    points, obstacles = guarded_points(trajectory, scenario, settings.lookahead), centres(scenario, trajectory.t)
+    """Yield the discs of each robot with those of the robots before it and with all obstacles."""
+    safety, radii, discs = safety_of(scenario, settings), radii_of(scenario, settings), settings.discs
+    points, obstacles = guarded_points(trajectory, scenario, settings), centres(scenario, trajectory.t)
+    n, robots = points.shape[1], len(trajectory.robots)
     others = np.concatenate([points, obstacles], axis=1)
     for i in range(n):
-        for other in (*range(i), *range(n, others.shape[1])):
+        for other in (*range(i - i % discs), *range(n, others.shape[1])):
             least, measured = float(safety.least[i, other]), float(safety.kept[i, other])
             noise, speed = (float(both[i] + both[other]) for both in (safety.noise, safety.speeds))
-            yield Pair(
-                i, other, points[:, i] - others[:, other], least, measured, noise, speed, radii[i] + radii[other]
-            )
+            vector, touch = points[:, i] - others[:, other], radii[i] + radii[other]
+            about = other // discs if other < n else robots + other - n
+            yield Pair(i // discs, about, vector, least, measured, noise, speed, touch)
 
 
 def rate_bounds(alpha: float, distance: FloatArray, least: float) -> FloatArray:
@@ -203,9 +203,10 @@ def safety_measures(trajectory: Trajectory, scenario: Scenario, settings: Safety
     """
     names = [*trajectory.robots, *(f"obstacles.{a}" for a in range(len(scenario.obstacles)))]
     shortfall, conflict = trajectory["safe_shortfall"], trajectory["safe_conflict"]
-    points = guarded_points(trajectory, scenario, settings.lookahead)
+    points = guarded_points(trajectory, scenario, settings)
     gaps: dict[str, float | None] = dict.fromkeys(trajectory.robots)
     failures: dict[str, list[dict[str, Any]]] = {"infeasible": [], "missed": []}
+    late_by: dict[tuple[int, int], FloatArray] = {}
     for pair in pairs(trajectory, scenario, settings):
         i, other = pair.robot, pair.other
         ends = [i] if other >= len(trajectory.robots) else [i, other]
@@ -213,14 +214,16 @@ def safety_measures(trajectory: Trajectory, scenario: Scenario, settings: Safety
         for name in (names[end] for end in ends):
             least = gaps[name]
             gaps[name] = gap if least is None else min(least, gap)
-        lowered = np.where(conflict[:, i] == other, shortfall[:, i], 0.0)
-        if len(ends) == 2:
-            lowered = np.maximum(lowered, np.where(conflict[:, other] == i, shortfall[:, other], 0.0))
         late = np.append(missed(pair, settings.alpha, scenario.run.dt), 0.0)
+        late_by[i, other] = np.maximum(late_by.get((i, other), 0.0), late)
+    for (i, other), late in late_by.items():
+        lowered = np.where(conflict[:, i] == other, shortfall[:, i], 0.0)
+        if other < len(trajectory.robots):
+            lowered = np.maximum(lowered, np.where(conflict[:, other] == i, shortfall[:, other], 0.0))
         late[lowered > 0.0] = 0.0  # missed on purpose
         for kind, amounts in (("infeasible", lowered), ("missed", late)):
             for one in moments(trajectory.t, amounts):
-                x, y = points[one.pop("sample"), i]
+                x, y = points[one.pop("sample"), i * settings.discs]
                 about = {"robot": names[i], "with": names[other]}
                 failures[kind].append({**about, **one, "x": float(x), "y": float(y)})
     return {

@@ -190,7 +190,8 @@ def measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any]:
         "lyapunov": by robot the shares [-] `V_dot_10_positive`, and `V_dot_23_positive` with an adaptive gain; the
         last of them split into those `in_tracking` and `in_avoidance`, None for a mode that never is on; and
         `V_10_growing`, the share of periods after which V of Eq. (10) is larger than before.
-        "drift": by robot and gain `largest`, `final` and `growth`, see `drift`. Either is empty for a law without them.
+        "drift": by robot and gain `start`, `largest`, `final` and `growth`, see `drift`. Either is empty for a law
+        without them.
     """
     functions = signals(trajectory, scenario)
     watched = [name for name in _DRIFTING if name in trajectory.names]
@@ -229,8 +230,8 @@ def drift(t: FloatArray, values: FloatArray) -> dict[str, float]:
         values: An adaptive gain of one robot, shape (samples,).
 
     Returns:
-        `largest` and `final` value, and `growth`, the slope of a straight line through the last `LAST_PART` of the
-        run, per second; a gain that rests or falls there has no growth above 0.
+        `start`, of an adaptive gain its floor, `largest` and `final` value, and `growth`, the slope of a straight line
+        through the last `LAST_PART` of the run, per second; a gain that rests or falls there has no growth above 0.
 
     Source:
         Goto, Bertol, Martins, section 4.2: parameter drift, which Eqs. (21), (22) are to prevent.
@@ -240,4 +241,4 @@ def drift(t: FloatArray, values: FloatArray) -> dict[str, float]:
     # no dot products: a linear algebra library splits them among its threads, and the last bits depend on their number
     spread = float(np.sum(time * time))
     growth = float(np.sum(time * values[late])) / spread if spread > 0.0 else 0.0
-    return {"largest": float(values.max()), "final": float(values[-1]), "growth": growth}
+    return {"start": float(values[0]), "largest": float(values.max()), "final": float(values[-1]), "growth": growth}

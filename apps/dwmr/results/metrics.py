@@ -128,6 +128,7 @@ def _measures(run: Trajectory, scenario: Scenario) -> dict[str, Callable[[], Any
             hit for n in names for hit in _obstacles_hit(run.t, scenario.run.dt, n, to_obstacles(n))
         ],
         "robots_hit": lambda: _robots_hit(run, scenario, pairs()),
+        "arrival": lambda: {n: _arrival(run, scenario, n) for n in names},
         "chattering": lambda: {n: _chattering(run, scenario.run.dt, n) for n in names},
         "chattering_outside": lambda: _chattering_outside(run, scenario.run.dt),
         "avoidance_switches": lambda: {n: _switches(run["obstacle"][:, i] >= 0) for i, n in enumerate(names)},
@@ -176,6 +177,18 @@ def _robots_hit(trajectory: Trajectory, scenario: Scenario, pairs: Pairs) -> lis
     """Return the pairs of robots whose bodies touch."""
     contacts = [((a, b), contact(trajectory.t[near], scenario.run.dt, gaps)) for a, b, near, gaps in pairs]
     return [{"robots": list(names), **one._asdict()} for names, one in contacts if one is not None]
+
+
+def _arrival(trajectory: Trajectory, scenario: Scenario, robot: str) -> dict[str, Any]:
+    """Return whether a robot is at its place at the end, the time since when [s], and its last distance from it [m].
+
+    The place is that on the reference, for a follower that in the formation. A run that stopped has no arrivals.
+    """
+    far = np.hypot(*(errors(trajectory, robot, "inertial")[name] for name in ("x_e", "y_e")))
+    away = np.flatnonzero(~(far <= scenario.run.arrival))
+    first = int(away[-1]) + 1 if away.size else 0
+    reached = trajectory.stop is None and first < len(far)
+    return {"reached": reached, "t": float(trajectory.t[first]) if reached else None, "distance": float(far[-1])}
 
 
 def _chattering(trajectory: Trajectory, dt: float, robot: str, where: Any = slice(None)) -> dict[str, float]:

@@ -22,9 +22,24 @@ def disc_radius(robot: Robot, lookahead: float) -> float:
     return math.hypot(from_point + body.half_length, body.half_width) + body.margin
 
 
+def discs_of(robot: Robot, settings: SafetySettings) -> FloatArray:
+    """Return the discs that enclose a robot's body: centres ahead of the axle and radii, shape (discs, 2) [m]."""
+    if settings.discs == 1:
+        return np.array([(settings.lookahead, disc_radius(robot, settings.lookahead))])
+    body = outline(robot)
+    half, middle = 0.5 * body.half_length, body.middle + robot.d
+    radius = math.hypot(half, body.half_width) + body.margin
+    return np.array([(middle + half, radius), (middle - half, radius)])
+
+
+def levers_of(scenario: Scenario, settings: SafetySettings) -> FloatArray:
+    """Return the centres of the robots' discs ahead of their axles over the lookahead, shape (n, discs) [-]."""
+    return np.array([discs_of(one, settings)[:, 0] / settings.lookahead for one in scenario.robots.values()])
+
+
 def radii_of(scenario: Scenario, settings: SafetySettings) -> list[float]:
     """Return the radii of the robots' discs, then of the obstacles [m]."""
-    discs = [disc_radius(robot, settings.lookahead) for robot in scenario.robots.values()]
+    discs = [float(r) for robot in scenario.robots.values() for r in discs_of(robot, settings)[:, 1]]
     return [*discs, *(one.radius for one in scenario.obstacles)]
 
 
@@ -47,19 +62,20 @@ def room_for_noise(alpha: float, least: FloatArray, noise: FloatArray, speed: Fl
 def safety_of(scenario: Scenario, settings: SafetySettings) -> Safety:
     """Return the parameters of the safety filter with some settings."""
     robots, obstacles, dt = tuple(scenario.robots.values()), scenario.obstacles, scenario.run.dt
-    lookahead, error, n = settings.lookahead, settings.velocity_error, len(robots)
-    limits = np.array([(r.actuator.v_limit, r.actuator.omega_limit) for r in robots])
-    commanded = np.hypot(limits[:, 0], lookahead * limits[:, 1])
+    lookahead, error, n = settings.lookahead, settings.velocity_error, settings.discs * len(robots)
+    ahead = (lookahead * levers_of(scenario, settings)).ravel()
+    limits = np.repeat([(r.actuator.v_limit, r.actuator.omega_limit) for r in robots], settings.discs, axis=0)
+    commanded = np.hypot(limits[:, 0], ahead * limits[:, 1])
     turning = 0.5 * dt * limits[:, 1] * commanded  # a held command's velocity turns with the robot
     radii = np.array(radii_of(scenario, settings))
     speeds = np.array([*(commanded + error), *(largest_speed(o) for o in obstacles)])
     closing = speeds[:n, None] + speeds
     least = radii[:n, None] + radii + settings.margin + 0.5 * dt * closing
-    deviations = [r.noise or Noise() for r in robots]
+    deviations = [r.noise or Noise() for r in robots for _ in range(settings.discs)]
     turned = np.array([LARGEST_NOISE * one.theta for one in deviations])
     moved = np.array([LARGEST_NOISE * math.hypot(one.x, one.y) for one in deviations])
     noise = np.zeros(len(speeds))
-    noise[:n] = moved + turned * np.array([abs(lookahead - r.d) for r in robots])
+    noise[:n] = moved + turned * np.abs(ahead - np.repeat([r.d for r in robots], settings.discs))
     return Safety(
         settings.alpha,
         lookahead,
@@ -70,6 +86,7 @@ def safety_of(scenario: Scenario, settings: SafetySettings) -> Safety:
         noise,
         speeds,
         error + turning + turned * commanded,
+        settings.keep_right,
     )
 
 
@@ -104,7 +121,8 @@ def safety_mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 def _noisy(scenario: Scenario, settings: SafetySettings, places: Places) -> Iterable[Diagnostic]:
     """Refuse noise that is too large for the proof."""
     safety = safety_of(scenario, settings)
-    for i, name in enumerate(scenario.robots):
+    for robot, name in enumerate(scenario.robots):
+        i = robot * settings.discs
         if safety.noise[i] > 0.0 and (safety.kept[i] > 2.0 * safety.least[i]).any():
             k = int(np.argmax(safety.kept[i] / safety.least[i]))
             message = (
@@ -139,24 +157,31 @@ class Start(NamedTuple):
 def _starts(scenario: Scenario, settings: SafetySettings) -> Iterator[Start]:
     """Yield each robot with the robots before it and all obstacles; a start inside of one is another mistake."""
     least, radii, names = safety_of(scenario, settings).least, radii_of(scenario, settings), tuple(scenario.robots)
-    points = [_point(robot, settings, robot.x_0, robot.y_0, robot.theta_0) for robot in scenario.robots.values()]
-    others = [(f"robots.{name}", "that one's", point) for name, point in zip(names, points, strict=True)]
-    others += [(f"obstacles.{a}", "its centre", np.array([o.x, o.y])) for a, o in enumerate(scenario.obstacles)]
+    discs, n = settings.discs, settings.discs * len(names)
+    points = [
+        point
+        for robot in scenario.robots.values()
+        for point in _points(robot, settings, robot.x_0, robot.y_0, robot.theta_0)
+    ]
     for i, name in enumerate(names):
-        for j in (*range(i), *range(len(names), len(others))):
-            other, what, place = others[j]
-            obstacle = scenario.obstacles[j - len(names)] if j >= len(names) else None
-            if obstacle is not None and distance_from(obstacle, scenario.robots[name]) <= obstacle.radius:
+        discs_here = range(i * discs, (i + 1) * discs)
+        for j in range(i):
+            distance, p, q = min(
+                (math.dist(points[p], points[q]), p, q) for p in discs_here for q in range(j * discs, (j + 1) * discs)
+            )
+            yield Start(name, f"robots.{names[j]}", "that one's", distance, float(least[p, q]), (radii[p], radii[q]))
+        for a, obstacle in enumerate(scenario.obstacles):
+            if distance_from(obstacle, scenario.robots[name]) <= obstacle.radius:
                 continue
-            distance = math.dist(points[i], place)
-            yield Start(name, other, what, distance, float(least[i, j]), (radii[i], radii[j]))
+            distance, p = min((math.dist(points[p], (obstacle.x, obstacle.y)), p) for p in discs_here)
+            bound, both = float(least[p, n + a]), (radii[p], obstacle.radius)
+            yield Start(name, f"obstacles.{a}", "its centre", distance, bound, both)
 
 
-def _point(robot: Robot, settings: SafetySettings, x: float, y: float, theta: float) -> FloatArray:
-    """Return the guarded point of a robot whose reference point is at a posture, shape (2,) [m]."""
-    ahead = Outline(settings.lookahead - robot.d, 0.0, 0.0, 0.0)
-    place: FloatArray = outline_pose(ahead, *(np.array([one]) for one in (x, y, theta)))[:2, 0]
-    return place
+def _points(robot: Robot, settings: SafetySettings, x: float, y: float, theta: float) -> list[FloatArray]:
+    """Return the centres of the discs of a robot whose reference point is at a posture, each of shape (2,) [m]."""
+    places = [Outline(ahead - robot.d, 0.0, 0.0, 0.0) for ahead in discs_of(robot, settings)[:, 0]]
+    return [outline_pose(one, *(np.array([v]) for v in (x, y, theta)))[:2, 0] for one in places]
 
 
 def safety_remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
@@ -238,9 +263,14 @@ def _too_narrow(scenario: Scenario, settings: SafetySettings, places: Places) ->
         i, j, place = names.index(name), names.index(robot.formation.leader), robot.formation
         # both look along x, the leader's axle is at 0
         x, y = place.separation * math.cos(place.bearing), place.separation * math.sin(place.bearing)
-        distance = math.dist(_point(robot, settings, x, y, 0.0), _point(leader, settings, leader.d, 0.0, 0.0))
-        rest = (float(safety.errors[i]) + float(safety.errors[j])) / settings.alpha
-        least = rest + math.hypot(rest, float(safety.kept[i, j]))  # the rate bound is minus the errors' sum
+        behind, ahead = _points(robot, settings, x, y, 0.0), _points(leader, settings, leader.d, 0.0, 0.0)
+        room = []
+        for p, q in np.ndindex(settings.discs, settings.discs):
+            one, other = i * settings.discs + p, j * settings.discs + q
+            rest = float(safety.errors[one] + safety.errors[other]) / settings.alpha
+            bound = rest + math.hypot(rest, float(safety.kept[one, other]))  # the rate bound is minus the errors' sum
+            room.append((math.dist(behind[p], ahead[q]), bound))
+        distance, least = min(room, key=lambda both: both[0] - both[1])
         if distance < least:
             message = (
                 f"robots.{name}.formation puts guarded points {distance:.4g} m apart, [safety] keeps {least:.4g} m: "

@@ -75,6 +75,10 @@ class Run(Section):
         default="equations",
         description="what moves the robots: the paper's equations, or rigid bodies in the physics engine MuJoCo",
     )
+    arrival: float = quantity(
+        "a robot has arrived where it stays as near to its place on the reference or in the formation", "m",
+        gt=0, le=FARTHEST, default=0.5,
+    )  # fmt: skip
     seed: int = quantity("first number of the measurement noise", "-", ge=0, le=2**63 - 1, default=0)
 
     @property
@@ -228,6 +232,11 @@ class Robot(Section):
     )
     sensors: Sensors = Field(default=Sensors(), description="exact when absent")
     noise: Noise | None = Field(default=None, description="of what it measures of itself; none when absent")
+    conditional_adaptation: bool | None = Field(
+        default=None,
+        description="whether adaptive gains rest while limits or the safety filter change the robot's command; absent, "
+        "with [safety] only",
+    )
     controllers: Controllers
 
 
@@ -281,6 +290,14 @@ class SafetySettings(Section):
     velocity_error: float = quantity(
         "bound of the difference between a guarded point's velocity and its command", "m/s", ge=0, le=FASTEST_OBSTACLE
     )
+    discs: Literal[1, 2] = Field(
+        default=1,
+        description="discs about a body: one about the point `lookahead` ahead of the axle, or one about each half",
+    )
+    keep_right: float = quantity(
+        "speed to the right of the line of sight, over the closing speed that the barrier takes; 0 for none",
+        "-", ge=0, le=10, default=1.0,
+    )  # fmt: skip
 
 
 #: Control periods from one switch of the avoidance to the next within which the second one is fast.

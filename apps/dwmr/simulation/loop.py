@@ -17,7 +17,7 @@ from dwmr.control.formation import (
     with_leaders_orientation,
 )
 from dwmr.control.obstacle_avoidance import Avoidance, avoid, towards
-from dwmr.control.safety_filter import Filter, filter_commands
+from dwmr.control.safety_filter import CHANGED, Filter, filter_commands
 from dwmr.core.arrays import FloatArray, Safety
 from dwmr.core.interfaces import PostureError, Signal
 from dwmr.core.jit import compiled
@@ -64,6 +64,7 @@ class World(NamedTuple):
         load: Change of mass and inertia.
         avoidance: Parameters of the avoidance.
         gains: Constants of the control law, shape (n, g).
+        frozen: 1 for each of its states that rests while the robot's command is changed, shape (n, s).
         known_slip: 1 where followers know the velocity of their leader over ground, 0 where that of its wheels.
         measures_exactly: Whether the measured states are the true ones.
         other_plant: Whether the caller of the loop moves the robots, by an `interfaces.Plant`.
@@ -77,6 +78,7 @@ class World(NamedTuple):
     load: Load
     avoidance: Avoidance
     gains: FloatArray
+    frozen: FloatArray
     known_slip: float
     measures_exactly: bool
     other_plant: bool
@@ -97,6 +99,7 @@ class Memory(NamedTuple):
         law: States of the control law, shape (n, s).
         next_law: The same after the period.
         torques: Commanded torques of the right and left wheel, shape (n, 2) [N m].
+        changed: 1 for each robot whose command in this period limits or the safety filter changed, shape (n,).
     """
 
     plant: FloatArray
@@ -111,6 +114,7 @@ class Memory(NamedTuple):
     law: FloatArray
     next_law: FloatArray
     torques: FloatArray
+    changed: FloatArray
 
 
 class Target(NamedTuple):
@@ -222,6 +226,8 @@ def decide(
         v_c, omega_c, fault = step(
             view, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[period, i]
         )
+        limits = world.robots[i]
+        memory.changed[i] = 1.0 if abs(v_c) > limits.v_limit or abs(omega_c) > limits.omega_limit else 0.0
         if vehicles is not None:
             _drive(i, period, v_c, omega_c, law_record[period, i], world, memory, vehicles)
         elif guard is None:
@@ -239,7 +245,8 @@ def decide(
         return faulty, first_fault
     for i in range(n):
         for k in range(memory.law.shape[1]):  # a quarter of the compiling time of an assignment of slices
-            memory.law[i, k] = memory.next_law[i, k]
+            if memory.changed[i] == 0.0 or world.frozen[i, k] == 0.0:
+                memory.law[i, k] = memory.next_law[i, k]
     return -1, 0
 
 
@@ -252,7 +259,10 @@ def _keep_safe(
     safety, its_memory = guard
     filter_commands(k, memory.seen, now, after, world.dt, world.robots, safety, its_memory)
     for i in range(world.robots.shape[0]):
-        _inner_loop(i, its_memory.commands[i, 0], its_memory.commands[i, 1], world, memory)
+        v, omega = its_memory.commands[i, 0], its_memory.commands[i, 1]
+        change = abs(v - record[i, 12]) + abs(omega - record[i, 13])
+        memory.changed[i] = 1.0 if change > CHANGED else 0.0
+        _inner_loop(i, v, omega, world, memory)
         record[i, 14], record[i, 15] = memory.torques[i, 0], memory.torques[i, 1]
 
 

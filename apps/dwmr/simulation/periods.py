@@ -21,7 +21,7 @@ from dwmr.plant import vehicles
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT
 from dwmr.reference.prepared import CURVES, Shape
-from dwmr.scenario.guard import safety_of
+from dwmr.scenario.guard import levers_of, safety_of
 from dwmr.scenario.model import LARGEST_NOISE, Ackermann, Omnidirectional, Robot, Scenario
 from dwmr.scenario.outlines import centres, is_moving
 from dwmr.scenario.vehicle_limits import others
@@ -78,7 +78,8 @@ class Periods:
         self.law_record: FloatArray = np.zeros((samples, len(names), len(simulation.module.SIGNALS)))
         self.guard = None
         if scenario.safety is not None:
-            room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples)
+            levers = levers_of(scenario, scenario.safety)
+            room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples, levers)
             self.guard = (safety_of(scenario, scenario.safety), room)
         self.vehicles = _vehicles(scenario, simulation.module, samples)
         self.raised: list[BaseException] = []
@@ -168,10 +169,21 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
         Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
         Avoidance(**scenario.avoidance.model_dump()),
         np.array([law.gains for law in laws]),
+        _frozen(scenario, laws),
         float(scenario.formation.leader_velocity == "ground"),
         measures_exactly,
         other_plant,
     )
+
+
+def _frozen(scenario: Scenario, laws: list[Law]) -> FloatArray:
+    """Return 1 for each state that rests while the command is changed, shape (n, s)."""
+    frozen = np.zeros((len(laws), max(len(law.state) for law in laws)))
+    for row, law, robot in zip(frozen, laws, scenario.robots.values(), strict=True):
+        guarded = scenario.safety is not None
+        if guarded if robot.conditional_adaptation is None else robot.conditional_adaptation:
+            row[list(law.frozen)] = 1.0
+    return frozen
 
 
 def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
@@ -222,7 +234,19 @@ def _memory(simulation: Simulation, laws: list[Law], measures_exactly: bool) -> 
     filters, slip, torques = np.zeros((3, n, 2))
     wheels, odometry = np.zeros((n, 6)), plant[:, :3].copy()
     return Memory(
-        plant, slip, seen, wheels, odometry, theta_star, filters, np.zeros((n, 3)), sides, law, law.copy(), torques
+        plant,
+        slip,
+        seen,
+        wheels,
+        odometry,
+        theta_star,
+        filters,
+        np.zeros((n, 3)),
+        sides,
+        law,
+        law.copy(),
+        torques,
+        np.zeros(n),
     )
 
 

@@ -29,7 +29,8 @@ from fuzzyctl.experiments.sweep_workers import Outcome
 VARIATION = Path(__file__).with_name("variation.toml")
 #: Groups of measures that are compared.
 GROUPS: tuple[Measure, ...] = (
-    "rmse", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit", "chattering", "safety",
+    "rmse", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit", "arrival", "chattering",
+    "safety",
 )  # fmt: skip
 #: Measures of a robot, as columns of the results have them with the robot's name in place of the star.
 MEASURES = (
@@ -41,11 +42,12 @@ MEASURES = (
     "centre_distance.*",
     "obstacle_gap.*",
     "robot_gap.*",
+    "arrival.*.t",
 )
 #: Those that only a run behind the safety filter has.
 FILTER = ("safety.disc_gap.*", "safety.acts.*", "safety.infeasible.*", "safety.missed.*")  # fmt: skip
 #: Measures that are shares of runs.
-HITS = ("obstacles_hit.*", "robots_hit.*")
+SHARES = ("obstacles_hit.*", "robots_hit.*", "arrival.*.reached")
 
 
 @dataclass(frozen=True)
@@ -54,8 +56,9 @@ class Entry:
 
     Args:
         scenario, controller, robot: Where it is measured.
-        measure: Without the robot's name, such as rmse.x_e; obstacles_hit and robots_hit are the shares of runs in
-            which its body touched an obstacle or another robot's body.
+        measure: Without the robot's name, such as rmse.x_e; obstacles_hit, robots_hit and
+            arrival.reached are the shares of runs in which its body touched an obstacle or another robot's body, and in
+            which it was at its place at the end; arrival.t is the mean of those.
         unit: Of the mean.
         n: Runs it was taken from: those that came to their end, for contacts all.
         mean: None where no run came to its end, or the scenario has no obstacles.
@@ -117,18 +120,18 @@ def entries(runs: Sequence[Run], done: Mapping[int, Outcome]) -> Iterator[Entry]
     for (scenario, controller), rows in grouped(runs, done).items():
         for robot in _robots(rows[0]):
             guarded = FILTER if FILTER[0].replace("*", robot) in rows[0] else ()
-            for measure in (*MEASURES, *HITS, *guarded):
+            for measure in (*MEASURES, *SHARES, *guarded):
                 yield _entry(scenario, controller, robot, measure, rows)
 
 
 def _robots(row: Mapping[str, Any]) -> list[str]:
-    prefix = HITS[0].removesuffix("*")
+    prefix = SHARES[0].removesuffix("*")
     return [name.removeprefix(prefix) for name in row if name.startswith(prefix)]
 
 
 def _entry(scenario: str, controller: str, robot: str, measure: str, rows: Sequence[Mapping[str, Any]]) -> Entry:
     column, name = measure.replace("*", robot), measure.replace(".*", "")
-    estimate = (share_of if measure in HITS else mean_of)(rows, column)
+    estimate = (share_of if measure in SHARES else mean_of)(rows, column)
     stopped = count_of_stopped(rows)
     return Entry(
         scenario,
@@ -150,9 +153,10 @@ _TABLES = {
         "rmse.x_e": "x_e\nm", "rmse.y_e": "y_e\nm", "rmse.theta_e": "θ_e\nrad",
         "chattering.v": "|dv_c|\nm/s²", "chattering.omega": "|dω_c|\nrad/s²",
     },
-    "least distances and collisions": {
+    "least distances, collisions and arrivals": {
         "centre_distance": "centre\nm", "obstacle_gap": "obstacle\ngap m", "robot_gap": "robot\ngap m",
-        "obstacles_hit": "obstacles\nhit, %", "robots_hit": "robots\nhit, %",
+        "obstacles_hit": "obstacles\nhit, %", "robots_hit": "robots\nhit, %", "arrival.reached": "arrive\n%",
+        "arrival.t": "at\ns",
     },
     "safety filter": {
         "safety.disc_gap": "disc\ngap m", "safety.acts": "changed\n%", "safety.infeasible": "infeasible\nmoments",
@@ -161,8 +165,11 @@ _TABLES = {
 }  # fmt: skip
 _ABOUT = (
     "centre: least distance of the reference point from an obstacle's centre. gap: least distance of the body from an "
-    "obstacle and from another robot's body, negative where they overlap. hit: share of runs in which it touched one."
+    "obstacle and from another robot's body, negative where they overlap. hit: share of runs in which it touched one. "
+    "arrive: share of runs in which it is at its place at the end, and the mean time since when."
 )
+#: Measures shown in percent with an interval.
+_SHARES = tuple(one.replace(".*", "") for one in SHARES)
 
 
 #: Columns of the ratios to a table of the paper, and how near to 1 they are counted.
@@ -240,7 +247,7 @@ def _table(found: Sequence[Entry], heads: Mapping[str, str]) -> Table:
 def _cell(one: Entry) -> str:
     if one.mean is None:
         return ""
-    if one.measure in ("obstacles_hit", "robots_hit"):
+    if one.measure in _SHARES:
         interval = "" if one.low is None or one.high is None else f"\n{100 * one.low:.0f} to {100 * one.high:.0f}"
         return f"{100 * one.mean:.0f}{interval}"
     if one.measure == "safety.acts":

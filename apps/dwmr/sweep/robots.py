@@ -125,6 +125,7 @@ _UNITS = {
 _GROUP_UNITS = {
     "centre_distance": "m", "obstacle_gap": "m", "robot_gap": "m", "avoidance_s": "s", "g_ais_min": "m/s, rad/s",
 }  # fmt: skip
+_ARRIVAL = {"t": "s", "distance": "m"}
 _CHATTERING = {"v": "m/s²", "omega": "rad/s²"}
 #: Lists of moments of the safety filter; a column has how many concern a robot.
 _MOMENTS = ("infeasible", "missed")
@@ -170,6 +171,8 @@ def unit_of(column: str) -> str:
         return "m"
     if group in ("chattering", "chattering_outside"):
         return _CHATTERING.get(last, "")
+    if group == "arrival":
+        return _ARRIVAL.get(last, "")
     if group in _GROUP_UNITS:
         return _GROUP_UNITS[group]
     return _UNITS.get(last, "") if group.startswith("rmse") or column == "t_end" else ""
@@ -178,8 +181,8 @@ def unit_of(column: str) -> str:
 #: Groups of measures that a sweep can keep, as summary.json names them.
 Measure = Literal[
     "rmse", "rmse_body", "rmse_inertial", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit",
-    "chattering", "chattering_outside", "avoidance_s", "avoidance_switches", "saturation", "condition_violated",
-    "safety", "lyapunov", "drift", "g_ais_min",
+    "arrival", "chattering", "chattering_outside", "avoidance_s", "avoidance_switches", "saturation",
+    "condition_violated", "safety", "lyapunov", "drift", "g_ais_min",
 ]  # fmt: skip
 
 #: Names of earlier versions.

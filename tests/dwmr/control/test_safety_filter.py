@@ -42,6 +42,12 @@ def filtered(poses, commands, given, now=(), after=()):
 
 def points(poses, t=0.0, commands=None):
     """Guarded points of robots that hold their commands for a time, exactly."""
+    held = moved(poses, t, commands)
+    return np.array([(x + LOOKAHEAD * math.cos(theta), y + LOOKAHEAD * math.sin(theta)) for x, y, theta in held])
+
+
+def moved(poses, t, commands):
+    """Middles of the axles and orientations of robots that hold their commands for a time, exactly."""
     found = []
     for k, (x, y, theta) in enumerate(poses):
         v, omega = (0.0, 0.0) if commands is None else commands[k]
@@ -49,8 +55,8 @@ def points(poses, t=0.0, commands=None):
         half = 0.5 * omega * t
         chord = v * t * (math.sin(half) / half if abs(half) > 1e-12 else 1.0)
         x, y, theta = x + chord * math.cos(theta + half), y + chord * math.sin(theta + half), theta + omega * t
-        found.append((x + LOOKAHEAD * math.cos(theta), y + LOOKAHEAD * math.sin(theta)))
-    return np.array(found)
+        found.append((x, y, theta))
+    return found
 
 
 places = st.tuples(st.floats(-3, 3), st.floats(-3, 3), st.floats(-3.2, 3.2))
@@ -79,6 +85,54 @@ def test_a_barrier_declines_no_faster_than_alpha_while_commands_are_held(team, o
                 if h >= 0.0 and robot_or_obstacle == 0.0:
                     assert h_then >= (1.0 - given.alpha * t) * h - 1e-7
     assert (np.abs(done) <= (V_LIMIT + 1e-7, OMEGA_LIMIT + 1e-6)).all()
+
+
+@settings(max_examples=examples(300))
+@given(st.lists(st.tuples(places, asked), min_size=2, max_size=3), st.lists(places, max_size=2))
+def test_barriers_of_two_discs_decline_no_faster_either(team, obstacles):
+    """Discs 0.14 m ahead of the axle and 0.31 m behind it, each with the velocity of its own centre."""
+    poses, n = [one for one, _ in team], len(team)
+    ahead = np.array([0.14, -0.31])
+    now = np.array([(x, y, 0.4) for x, y, _ in obstacles]).reshape(-1, 3)
+    radii = np.array([0.41] * 2 * n + [0.4] * len(now))
+    speeds = np.array([math.hypot(V_LIMIT, x * OMEGA_LIMIT) for x in ahead] * n + [0.0] * len(now))
+    least = radii[: 2 * n, None] + radii + 0.5 * DT * (speeds[: 2 * n, None] + speeds)
+    errors = 0.5 * DT * OMEGA_LIMIT * speeds[: 2 * n]
+    given = Safety(2.0, LOOKAHEAD, 1e6, 1e6, least, least, 0.0 * speeds, speeds, errors)
+    memory = working_memory(n, len(now), 1, np.tile(ahead / LOOKAHEAD, (n, 1)))
+    memory.commands[:] = [one for _, one in team]
+    filter_commands(0, np.array(poses), now, now, DT, robots(n), given, memory)
+    if (memory.record[0, :, 2] > 0.0).any():
+        return
+
+    def centres(t):
+        held = moved(poses, t, memory.commands)
+        discs = [(x + a * math.cos(theta), y + a * math.sin(theta)) for x, y, theta in held for a in ahead]
+        return np.array([*discs, *now[:, :2]])
+
+    before, after = centres(0.0), centres(DT)
+    for i in range(2 * n):
+        for j in (*range(i - i % 2), *range(2 * n, len(before))):
+            h, h_then = (math.dist(c[i], c[j]) ** 2 - least[i, j] ** 2 for c in (before, after))
+            if h >= 0.0:
+                assert h_then >= (1.0 - 2.0 * DT) * h - 1e-7
+
+
+def test_robots_that_meet_and_a_robot_before_an_obstacle_turn_right():
+    done, _ = filtered([(0, 0, 0.0), (2.0, 0, math.pi)], [(1.0, 0.0), (1.0, 0.0)], safety(2))
+    assert done[0, 1] == pytest.approx(done[1, 1])
+    assert done[0, 1] < -0.5
+    done, _ = filtered([(0, 0, 0.0)], [(1.0, 0.0)], safety(1, obstacles=[(0.5, 0.0)]), [(1.6, 0, 0.5)])
+    assert done[0, 1] < -0.5
+    without = safety(1, obstacles=[(0.5, 0.0)])._replace(keep_right=0.0)
+    done, _ = filtered([(0, 0, 0.0)], [(1.0, 0.0)], without, [(1.6, 0, 0.5)])
+    assert done[0, 1] == pytest.approx(0.0)
+
+
+def test_a_robot_that_follows_another_one_stays_behind_it():
+    done, _ = filtered([(0, 0, 0.0), (1.3, 0, 0.0)], [(0.8, 0.0), (0.5, 0.0)], safety(2))
+    assert done[0, 0] < 0.8
+    assert (np.abs(done[:, 1]) < 0.1).all()
 
 
 def test_commands_far_from_everything_stay_as_they_are():

@@ -127,7 +127,7 @@ class TestMeasure:
 
     def test_a_run_of_one_sample_has_measures_too(self):
         one = lyapunov.measure(aifqsmc(samples=1), SCENARIO)
-        assert one["drift"]["leader"]["k_h_v"] == {"largest": 0.01, "final": 0.01, "growth": 0.0}
+        assert one["drift"]["leader"]["k_h_v"] == {"start": 0.01, "largest": 0.01, "final": 0.01, "growth": 0.0}
         assert one["lyapunov"]["leader"]["V_10_growing"] is None
 
     @pytest.mark.parametrize("law", ["aifqsmc", "aifqsmc_without_immunity"])

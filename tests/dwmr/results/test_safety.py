@@ -146,7 +146,8 @@ class TestMoments:
 
     def test_of_an_obstacle_that_runs_into_a_robot_have_time_and_place(self):
         file, trajectory = run(
-            "aifqsmc", "run.horizon=8", FILTER, "obstacles=[{x=8,y=1,radius=0.5,velocity=[-3,0]}]",
+            "aifqsmc", "run.horizon=8", FILTER[:-1] + ",keep_right=0.0}",
+            "obstacles=[{x=8,y=1,radius=0.5,velocity=[-3,0]}]",
             "robots.leader.actuator.v_limit=0.5",
         )  # fmt: skip
         found = measure(trajectory, file.scenario)["safety"]

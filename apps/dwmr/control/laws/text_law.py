@@ -105,8 +105,10 @@ class TextLaw:
 
         settings.prove(rules, robot)
         step = self.assembled.step("numba" if jit.COMPILED else "python")
-        start = self.assembled.start(self.values(settings, robot))
-        return Law(np.zeros(0), np.concatenate([np.zeros(len(step.output_names)), start]), (step.jit,))
+        values, outputs = self.values(settings, robot), len(step.output_names)
+        state = np.concatenate([np.zeros(outputs), self.assembled.start(values)])
+        frozen = tuple(outputs + k for k in self.assembled.adaptive(values))
+        return Law(np.zeros(0), state, (step.jit,), frozen)
 
     def values(self, settings: LawSettings, robot: str) -> Mapping[str, float]:
         """Return the values of all params with the gains of a robot.
