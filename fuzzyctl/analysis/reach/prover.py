@@ -312,8 +312,10 @@ class LoopProver:
             boxes = "1 box" if claim.proved == 1 else f"{claim.proved} boxes"
             return Proved(text, note=f"for all members, in {boxes}")
         first = min(claim.open, key=lambda o: o[2])
-        sides = [self._sides(low, high) for low, high, _, _ in claim.open[:_SHOWN]]
         reason = f"at t = {first[2]:.6g} s {first[3]}"
+        if not self.dimensions:
+            return Undecided(text, reason)
+        sides = [self._sides(low, high) for low, high, _, _ in claim.open[:_SHOWN]]
         return Undecided(text, reason, tuple(sides), len(claim.open))
 
     def _sides(self, low: Form, high: Form) -> dict[str, Side]:
@@ -356,7 +358,8 @@ class LoopProver:
                 self._look(sets, [asked], step, broken)
                 time, reason, _ = broken[0][0]
                 if reason:
-                    return Undecided(text, f"at t = {time:.6g} s {reason}", (self._sides(low[0], high[0]),), 1)
+                    open_ = (self._sides(low[0], high[0]),) if self.dimensions else ()
+                    return Undecided(text, f"at t = {time:.6g} s {reason}", open_, len(open_))
                 if clock.used() > until:
                     return Undecided(
                         text, f"no set of t <= {step.time:.6g} s lies in an earlier one: more time may help"
