@@ -83,7 +83,6 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
     \b
     fuzzyctl prove tipper ais_reaction
     fuzzyctl prove ais_reaction --set k_s=0.6
-    fuzzyctl prove upright
     fuzzyctl prove ais_reaction --bounds
     """
     if bounds:

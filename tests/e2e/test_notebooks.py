@@ -202,7 +202,7 @@ def test_loops_and_runs_are_shown(shown: dict[str, list[dict[str, Any]]]) -> Non
     assert "largest &lt;= 0.25" in loop["text/html"]
     assert "Derivatives" in plant["text/html"]
     assert tags(run["text/html"]).count("img") == 1
-    assert "holds" in run["text/html"]
+    assert "met" in run["text/html"]
     assert "<svg" in runs["image/svg+xml"]
 
 

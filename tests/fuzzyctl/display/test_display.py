@@ -110,7 +110,7 @@ class TestEachType:
 def test_one_line_says_what_goes_in_and_out(shown):
     assert repr(shown["FuzzySystem"]) == "FuzzySystem(tipper: service, food -> tip; 3 rules)"
     assert repr(shown["Plant"]) == "Plant(cart: F -> position, speed, angle, rate; 4 states)"
-    assert repr(shown["Run"]).endswith("5001 samples, 17 signals; 3 of 3 requirements hold)")
+    assert repr(shown["Run"]).endswith("5001 samples, 17 signals; 1 of 1 requirements hold)")
     assert repr(shown["Refuted"]).endswith("at sigma = 0, dsigma = 0: k_h_min - k_s * f = -0.008, G_min = 0.001)")
 
 
