@@ -323,6 +323,9 @@ class _Assembler:
         self.equations += bool(line.in_block) or line.word == "let"
         if self.equations > MAX_EQUATIONS:
             raise _TooMuchError(f"more than {MAX_EQUATIONS:,} lines of controllers, plants, loops and lets")
+        self._count_words(line)
+
+    def _count_words(self, line: LogicalLine) -> None:
         self.words += sum(1 for _ in _WORD_OR_PARENTHESIS.finditer(self.source.text, line.start, line.end))
         if self.words > MAX_WORDS:
             raise _TooMuchError(f"more than {MAX_WORDS:,} words, numbers and parentheses")
@@ -336,6 +339,7 @@ class _Assembler:
 
     def _remember_words(self, line: LogicalLine) -> None:
         self.unread.update(_WORDS.findall(self.source.text, line.start, line.end))
+        self._count_words(line)
 
     def _close_block(self) -> None:
         if self.barless:
