@@ -156,8 +156,8 @@ MEASURES: Final[dict[str, Form]] = {
     ),
     "settling": _measure(
         "settling(y, reference, band=2 %)",
-        "the time from begin until y stays within the band around the last value of the reference, relative to the "
-        "step from the first value of y to it [s]; inf if y does not settle",
+        "the time from begin until y stays within the band around the last value of the reference [s]; the band is "
+        "relative to the step from the first value of y to it; inf if y does not settle",
         *_BOTH,
         band=0.02,
     ),
