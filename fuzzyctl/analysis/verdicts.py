@@ -12,7 +12,7 @@ from fuzzyctl.operations import Displayed
 from fuzzyctl.records import dataclass
 
 if TYPE_CHECKING:
-    from fuzzyctl.analysis.reach.sets import Tube
+    from fuzzyctl.simulation.members import Tube
 
 
 @dataclass(frozen=True, repr=False)

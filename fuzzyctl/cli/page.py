@@ -164,7 +164,7 @@ def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> I
 
 
 def _proofs(loop: Loop) -> Verdicts | None:
-    """Return what is proved of the family of a loop within the time of a page; None without claims."""
+    """Return the verdicts on the family of a loop within the time of a page; None without claims."""
     from fuzzyctl.analysis.prove import prover_of
     from fuzzyctl.analysis.verdicts import Verdict, Verdicts
     from fuzzyctl.analysis.work import clock

@@ -33,11 +33,11 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.extremes import Extent
-    from fuzzyctl.analysis.reach.sets import Tube
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.model.block import Block
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
+    from fuzzyctl.simulation.members import Tube
 
 
 #: Suffixes of files of tubes; runs of members beside a tube.
@@ -54,7 +54,7 @@ class Proof:
         block: The block.
         claims: How many claims there are.
         verdicts: The verdicts so far.
-        tube: What encloses the outputs of the plants of a loop, None without.
+        tube: Bounds of the outputs of the plants of a loop over time, None without.
     """
 
     file: str
@@ -77,7 +77,7 @@ class Proof:
 @click.option(
     "--tube",
     metavar="FILE",
-    help="Write what encloses all members of a loop over time: PNG, SVG or PDF with runs, or CSV.",
+    help="Write bounds of all members of a loop over time: PNG, SVG or PDF with runs, or CSV.",
 )
 @FORMAT
 @QUIET

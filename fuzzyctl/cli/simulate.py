@@ -192,12 +192,12 @@ def _corners(loop: Loop, settings: Sequence[str], substeps: int) -> _Corners | N
     if not loop.family:
         return None
     chosen, names = members.corners(loop), short_names(loop)
-    kept: list[Run] = []
+    first: list[Run] = []
     with status_line() as status:
 
         def counted() -> Iterator[Run]:
             for k, run in enumerate(members.runs(loop, chosen, substeps=substeps)):
-                kept.extend([run] if len(kept) < _DRAWN else [])
+                first.extend([run] if len(first) < _DRAWN else [])
                 yield run
                 if status is not None:
                     status(f"{loop.name}: {k + 1:,} of {len(chosen):,} corners")
@@ -205,7 +205,7 @@ def _corners(loop: Loop, settings: Sequence[str], substeps: int) -> _Corners | N
         broken = tuple(members.broken(chosen, counted()))
     others = [t for t in settings if names.get(t.partition("=")[0].strip(), "") not in loop.family]
     return _Corners(
-        tuple(loop.family), len(chosen), len(chosen) < 2 ** len(loop.family), broken, tuple(others), tuple(kept)
+        tuple(loop.family), len(chosen), len(chosen) < 2 ** len(loop.family), broken, tuple(others), tuple(first)
     )
 
 

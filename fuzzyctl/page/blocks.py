@@ -18,10 +18,10 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.loop_params import params_of
 
 if TYPE_CHECKING:
-    from fuzzyctl.analysis.reach.sets import Tube
     from fuzzyctl.analysis.verdicts import Verdicts
     from fuzzyctl.diagnostics.source import Span
     from fuzzyctl.model.controller import Signal
+    from fuzzyctl.simulation.members import Tube
     from fuzzyctl.simulation.panels import Panel
     from fuzzyctl.simulation.plain_run import PlainRun
     from fuzzyctl.simulation.run import Run
@@ -175,7 +175,7 @@ def loop_data(run: Run, runs: int = 1, proofs: Verdicts | None = None) -> dict[s
     Args:
         run: The run.
         runs: How many runs the page shows.
-        proofs: What is proved of all members of the family; None without claims about it.
+        proofs: Verdicts on claims about all members of the family; None without such claims.
     """
     data = _loop_data(
         run.loop, run.t.tolist(), run.positions, lambda e: run.signal(e).tolist(), run.solver, run.params, runs

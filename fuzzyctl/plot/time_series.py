@@ -20,7 +20,7 @@ from fuzzyctl.simulation.run import Run
 from fuzzyctl.support import arguments
 
 if TYPE_CHECKING:
-    from fuzzyctl.analysis.reach.sets import Tube
+    from fuzzyctl.simulation.members import Tube
 
 #: Most panels of a picture, and points of a line: at most twice as many.
 MOST: Final = 8
@@ -137,7 +137,7 @@ def _draw_family(ax: Any, panel: Panel, tube: Tube | None, members: Sequence[Run
         ax.plot(*_drawn(run, run[signal]), label="" if k else "members", **style)
         lines.append(limits.Line("a member", run.t, np.asarray(run[signal])))
     if tube is not None and signal in tube.bounds:
-        # Each stretch has its own bounds: they are corners of rectangles, not of a line.
+        # The bounds of a stretch are sides of a rectangle, not points of a line.
         times = np.column_stack([tube.begin, tube.end]).ravel()
         low, high = (np.repeat(side, 2) for side in tube.bounds[signal])
         ax.fill_between(times, low, high, color=TUBE, alpha=0.25, lw=0, zorder=1.0, label="all members, proved")

@@ -14,7 +14,7 @@ from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
 from fuzzyctl.analysis.reach.reach import ReachableSets, Step
-from fuzzyctl.analysis.reach.sets import Parallelotope, Tube, hull, intersection, modes
+from fuzzyctl.analysis.reach.sets import Parallelotope, modes
 from fuzzyctl.analysis.reach.stability import Contraction, contraction
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.work import clock
@@ -26,7 +26,7 @@ from fuzzyctl.simulation.equations import PlantState
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.judgement import KEPT, Requirement
 from fuzzyctl.simulation.loop_params import starts_of
-from fuzzyctl.simulation.members import Member, can_be_free, members, replayed, runs
+from fuzzyctl.simulation.members import Member, Tube, can_be_free, hull, intersection, members, replayed, runs
 from fuzzyctl.simulation.sample_times import ALIGNED, sample_times
 
 #: Most boxes that a family is cut into, and boxes that are enclosed at once.
@@ -230,7 +230,7 @@ class LoopProver:
             due = [b[2] for b in batch]
             record = _Record(self._outputs)
             broken = self._enclosed(sets, asked, low, high, due, until, record)
-            kept = []
+            settling = []
             for box in range(len(batch)):
                 failed = [k for k in due[box] if broken[k][box][1]]
                 for k in due[box]:
@@ -242,11 +242,11 @@ class LoopProver:
                     boxes += [(*half, failed) for half in halves(low[box], high[box], cut)]
                     continue
                 settled += 1
-                kept.append(box)
+                settling.append(box)
                 for k in failed:
                     time, reason, _ = broken[k][box]
                     asked[k].open.append((low[box], high[box], time, reason))
-            tubes += [record.tube(kept)] if kept else []
+            tubes += [record.tube(settling)] if settling else []
             if self.progress is not None:
                 self.progress("reachable sets", settled, len(boxes))
         self._keep(hull(tubes))

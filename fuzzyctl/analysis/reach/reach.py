@@ -88,11 +88,11 @@ class ReachableSets:
         memory = [s.name for s in equations.states]
         columns = [n for names in equations.given for n in names]
         claims = [equations.signals[f"#{k}"] for k in range(count)]
-        shown = [equations.signals[n] for n in outputs]
+        visible = [equations.signals[n] for n in outputs]
         derivatives: list[Expr] = [s.derivative for s in equations.plant_states]
         # A claim may use functions that are not smooth: the flow has only the equations that the derivatives need.
         (between, inputs), (claimed, compared) = reached(equations, derivatives), reached(equations, claims)
-        drawn, read = reached(equations, shown)
+        drawn, read = reached(equations, visible)
         self.held = list(dict.fromkeys([*inputs, *compared, *read]))
         shared = [TIME, *plant]
         acting = dict(equations.disturbances)
@@ -111,7 +111,7 @@ class ReachableSets:
             self.claims.ask(condition)
         #: How many stretches of a step show its outputs: more where there are few steps.
         self.stretches = 4 if equations.samples < _SEEN else 1
-        self.outputs, self.shown = list(outputs), Nodes([*shared, *fixed], drawn, shown, tables)
+        self.outputs, self.shown = list(outputs), Nodes([*shared, *fixed], drawn, visible, tables)
         inputs = [*shared, *memory, *self.free, *columns, *equations.rates, *acting]
         self.sample = Nodes(inputs, body, [*map(Name, self.held), *equations.updates], tables)
         self.plant, self.memory, self.columns = plant, memory, columns

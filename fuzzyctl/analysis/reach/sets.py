@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -159,45 +158,3 @@ def _boxed(g: Form, scale: Form, motion: tuple[Form, Form] | None) -> tuple[Form
             best = size, basis * lengths * (1.0 + 1e-15 * (10 + sized.shape[1])), rest
     assert best is not None
     return best[1] * scale[:, None], best[2] * scale * (1.0 + 1e-14)
-
-
-@dataclass(frozen=True, eq=False)
-class Tube:
-    """Bounds of signals over stretches of time, for all members of a family.
-
-    Args:
-        begin: Where each stretch begins, shape (n,) [s].
-        end: Where it ends, the begin of the next one, shape (n,) [s].
-        bounds: The least and the greatest value of each signal over each stretch, shape (n,), by name.
-    """
-
-    begin: Form
-    end: Form
-    bounds: Mapping[str, tuple[Form, Form]]
-
-
-def hull(tubes: Sequence[Tube]) -> Tube:
-    """Return the union of tubes of parts of a family, up to the time at which the first of them ends."""
-    return _merged(tubes, min(t.end[-1] if len(t.end) else 0.0 for t in tubes), np.min, np.max)
-
-
-def intersection(tubes: Sequence[Tube]) -> Tube:
-    """Return the intersection of tubes of one family, up to the time at which the last of them ends."""
-    return _merged(tubes, max(t.end[-1] if len(t.end) else 0.0 for t in tubes), np.max, np.min)
-
-
-def _merged(tubes: Sequence[Tube], last: float, low: Callable[..., Form], high: Callable[..., Form]) -> Tube:
-    if len(tubes) == 1:
-        return tubes[0]
-    times = np.unique(np.concatenate([np.zeros(1), *(t.end for t in tubes)]))
-    times = times[times <= last]
-    # The stretches in which the middles lie; behind the last one a tube bounds nothing.
-    places = [np.searchsorted(t.end, 0.5 * (times[:-1] + times[1:])) for t in tubes]
-    bounds = {}
-    for name in tubes[0].bounds:
-        if all(name in t.bounds for t in tubes):
-            sides = [t.bounds[name] for t in tubes]
-            lows = [np.append(a, -np.inf)[at] for (a, _), at in zip(sides, places, strict=True)]
-            highs = [np.append(b, np.inf)[at] for (_, b), at in zip(sides, places, strict=True)]
-            bounds[name] = low(lows, axis=0), high(highs, axis=0)
-    return Tube(times[:-1], times[1:], bounds)

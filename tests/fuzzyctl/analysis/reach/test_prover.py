@@ -5,9 +5,8 @@ import pytest
 
 from fuzzyctl import Experiment, Proved, loads
 from fuzzyctl.analysis.reach import prover
-from fuzzyctl.analysis.reach.sets import Tube, hull, intersection
 from fuzzyctl.simulation.loop_params import with_settings
-from fuzzyctl.simulation.members import members
+from fuzzyctl.simulation.members import Tube, hull, intersection, members
 from tests.fuzzyctl.analysis.reach.loops import FUZZY, LOOPS, RATES, TANK, loop_of
 
 #: A plant whose output is its state, and how it changes, its family and its run.
