@@ -100,7 +100,7 @@ def prove(
     fuzzyctl prove tipper ais_reaction
     fuzzyctl prove ais_reaction --set k_s=0.6
     fuzzyctl prove ais_reaction --bounds
-    fuzzyctl prove upright --tube tube.png
+    fuzzyctl prove arch_unicycle --tube tube.png
     """
     if tube is not None and not tube.lower().endswith(_TUBES):
         raise click.UsageError(f"--tube {tube}: the name must end in {', '.join(_TUBES)}")
