@@ -118,10 +118,10 @@ class Names:
     def _is_lost(self, s: sx.Equation) -> bool:
         """Whether the value calls an unknown block, or one with mistakes; a `block` line may lack its call."""
         value = s.value
-        if not isinstance(value, ex.Call):
-            return s.keyword.text == "block"
-        if self.found(value.function) is not None:
-            return False
+        if not isinstance(value, ex.Call) or self.found(value.function) is not None:
+            return s.keyword.text == "block" and not isinstance(value, ex.Call)
+        if s.keyword.text == "block":
+            return True
         return not any(
             value.function in names for names in (ex.FUNCTIONS, self.own, FUNCTIONS, OPERATORS, self.context.functions)
         )
