@@ -228,6 +228,14 @@ def test_centroids_of_many_corners_are_those_of_rational_arithmetic(aggregation)
         assert evaluated(system, activations, off=1e-11) == pytest.approx(expected, rel=1e-11)
 
 
+@pytest.mark.parametrize("activations", [(0.3, 0.9, 0.2), (0.7, 0.6, 1.0)])
+def test_centroids_over_a_partition_are_those_of_rational_arithmetic(activations):
+    terms = ["triangle(-5, -2, 1)", "triangle(-2, 1, 4)", "triangle(1, 4, 7)"]
+    shapes = [(corners(*parsed(t)), a) for t, a in zip(terms, activations, strict=True)]
+    expected = float(Straight(shapes, "min", "max", LOWER, UPPER).centroid())
+    assert evaluated(build(terms, "min", "max", "centroid"), activations) == pytest.approx(expected, rel=1e-12)
+
+
 @pytest.mark.parametrize("defuzzifier", ["bisector", "centroid"])
 def test_curves_are_read_inside_of_integrals_too(defuzzifier):
     # Beside a gaussian a set has no closed form.
