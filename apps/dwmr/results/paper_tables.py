@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from dwmr.scenario.file import find, read
@@ -35,6 +35,35 @@ TABLE_13: dict[str, dict[str, dict[str, float]]] = {
 }
 
 TABLES = {12: TABLE_12, 13: TABLE_13}
+
+#: Errors of the tables as measures of a run. Angles are not wrapped: the 4.02 rad of SMC's leader are more than π.
+MEASURES = {"x_e": "x_e", "y_e": "y_e", "theta_e": "theta_e_unwrapped"}
+#: Differences from a table within which errors are counted.
+BARS = (0.10, 0.12)
+
+
+def ratios(law: str, rmse: Mapping[str, Mapping[str, float]], number: int) -> dict[tuple[str, str], float]:
+    """Return the errors of a run over those of a table of the paper by robot and error.
+
+    Args:
+        law: Its control law.
+        rmse: Root mean square errors by robot, as `summary.json` has them.
+        number: Of the table.
+    """
+    return {
+        (robot, name): rmse[robot][MEASURES[name]] / wanted
+        for robot, row in TABLES[number].get(law, {}).items()
+        if robot in rmse
+        for name, wanted in row.items()
+    }
+
+
+def near(values: Sequence[float], number: int) -> str:
+    """Return how many of some ratios to a table are near 1, and their least and greatest."""
+    first, second = (sum(abs(one - 1.0) <= bar for one in values) for bar in BARS)
+    within = f"{first} of {len(values)} errors within {100 * BARS[0]:.0f} % of Table {number}"
+    return f"{within}, {second} within {100 * BARS[1]:.0f} %, ratios {min(values):.2f} to {max(values):.2f}"
+
 
 #: Keys of a robot that the paper prints; the others are fitted to its table.
 _PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formation", "delay", "sensors", "noise")
