@@ -18,7 +18,6 @@ COMMANDS: Final = {
     "paper": ("dwmr.cli.figures", "paper", "Write all tables and figures of the paper, with one page."),
     "animate": ("dwmr.cli.animate", "animate", "Write a run as a film, GIF or MP4."),
     "report": ("dwmr.cli.run", "report", "Write one HTML page with tables and interactive plots."),
-    "calibrate": ("dwmr.cli.calibrate", "calibrate", "Fit values that the paper does not print to its Table 12."),
     "compare": ("dwmr.cli.repetitions", "compare", "Compare control laws, with confidence intervals."),
     "sweep": ("dwmr.cli.repetitions", "sweep", "Run a scenario many times with varied values."),
 }
@@ -48,7 +47,6 @@ def main() -> None:
     dwmr paper -o paper                  all tables and figures of the paper
     dwmr animate paper -o run.gif        the run as a film
     dwmr report paper --controller all   tables and plots on one HTML page
-    dwmr calibrate paper -o fitted.toml  unpublished values, fitted to Table 12
     dwmr compare paper --runs 20         laws with confidence intervals
     dwmr sweep spec.toml                 many runs, on all processors
     """

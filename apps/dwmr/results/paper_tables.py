@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 from dwmr.scenario.file import find, read
 from dwmr.scenario.model import Robot, Scenario
@@ -65,8 +64,6 @@ def near(values: Sequence[float], number: int) -> str:
     return f"{within}, {second} within {100 * BARS[1]:.0f} %, ratios {min(values):.2f} to {max(values):.2f}"
 
 
-#: Keys of a robot that the paper prints; the others are fitted to its table.
-_PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formation", "delay", "sensors", "noise")
 #: Keys of a robot that its errors do not depend on, or by design may differ: the measures' outline, the gains.
 _FREE = ("body", "controllers")
 #: Numbers of the paper's tables by the shipped scenario of their runs.
@@ -82,24 +79,21 @@ _TABLES = {
 _MOST_SHOWN = 4
 
 
-def differences(scenario: Scenario, fitted: bool = False, shipped: str = "paper") -> tuple[str, ...]:
+def differences(scenario: Scenario, shipped: str) -> tuple[str, ...]:
     """Return the keys in which a run is not the paper's, its gains and rule files aside.
 
     Args:
         scenario: The scenario.
-        fitted: Whether unprinted values may differ: amplitudes, bodies and drives.
         shipped: Name of the scenario that is the paper's run.
     """
     paper = read(find(shipped)).scenario
     keys = [
         key
-        for key in ("reference", "formation", "obstacles", "avoidance", "load")
+        for key in ("reference", "formation", "obstacles", "avoidance", "load", "disturbances")
         if getattr(scenario, key) != getattr(paper, key)
     ]
     keys += [f"run.{key}" for key in ("horizon", "plant") if getattr(scenario.run, key) != getattr(paper.run, key)]
-    if _disturbances(scenario, fitted) != _disturbances(paper, fitted):
-        keys.append("disturbances")
-    return (*keys, *_robots(scenario, paper, fitted))
+    return (*keys, *_robots(scenario, paper))
 
 
 def beside(scenario: Scenario) -> tuple[int | None, str]:
@@ -107,7 +101,7 @@ def beside(scenario: Scenario) -> tuple[int | None, str]:
     number = _TABLES.get(scenario.name)
     if number is None or scenario.run.horizon < TABLE_12_HORIZON:
         return None, ""
-    keys = differences(scenario, shipped=scenario.name)
+    keys = differences(scenario, scenario.name)
     return (None, f"Table {number} is left out, it speaks of another run: {as_text(keys)}") if keys else (number, "")
 
 
@@ -119,15 +113,9 @@ def as_text(keys: tuple[str, ...]) -> str:
     return f"{text}{more} {verb} not the paper's"
 
 
-def _disturbances(scenario: Scenario, fitted: bool) -> list[Any]:
-    if not fitted:
-        return list(scenario.disturbances)
-    return [(one.kind, one.start, one.stop, one.robots) for one in scenario.disturbances]
-
-
-def _robots(scenario: Scenario, paper: Scenario, fitted: bool) -> Iterable[str]:
+def _robots(scenario: Scenario, paper: Scenario) -> Iterable[str]:
     """Give the keys of the paper's robots that differ, and the names of robots that it has not."""
-    keys = _PRINTED if fitted else tuple(k for k in Robot.model_fields if k not in _FREE)
+    keys = tuple(k for k in Robot.model_fields if k not in _FREE)
     for name in dict.fromkeys((*paper.robots, *scenario.robots)):
         if name not in paper.robots or name not in scenario.robots:
             yield f"robots.{name}"
