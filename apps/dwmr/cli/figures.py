@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -94,6 +94,7 @@ def _draw(
             for k, figure in enumerate(wanted):
                 why = _draw_one(figure, trajectories[figure.law], scenario, suffix, files)
                 if why:
+                    say(f"warning: figure {figure.number}: {why}", err=True)
                     left_out[figure.number] = why
                 move(k + 1)
         drawn = [f.number for f in wanted if f.number not in left_out]
@@ -113,7 +114,6 @@ def _draw_one(figure: PaperFigure, trajectory: Trajectory, scenario: Scenario, s
     why = draw_file(files, figure.file(suffix), lambda path: paper.draw(figure, path, trajectory, scenario))
     if why:
         why = f"it could not be drawn: {why}"
-        say(f"warning: figure {figure.number}: {why}", err=True)
     return why
 
 
@@ -190,21 +190,23 @@ def paper(folder: Path, overrides: tuple[str, ...]) -> None:
 
 
 def _reproduce(folder: Path, overrides: tuple[str, ...]) -> tuple[list[PaperPart], dict[str, str], bool]:
-    """Run, draw and write all; return the parts, what is left out and why, and whether Ctrl-C ended it."""
+    """Run, draw and write all; return the parts, reasons for missing ones, and whether Ctrl-C ended it."""
     from dwmr.figures.paper import FIGURES
 
     parts: list[PaperPart] = []
     left_out: dict[str, str] = {}
     interrupted = False
+    tasks = list(_tasks(overrides, left_out))
     tables = [f"table{number}.csv" for number in (12, 13)]
     names = (*tables, *(figure.file("png") for figure in FIGURES), PAGE, MANIFEST)
     with results(folder, names) as files:
         with stages() as begin:
             try:
-                for scenario, laws in PARTS:
-                    _part(scenario, laws, overrides, files, parts, left_out, begin)
+                for task, laws in tasks:
+                    for law in laws:
+                        _run_and_draw(task, law, files, parts, left_out, begin)
             except KeyboardInterrupt:
-                if not any(part.summary["controllers"] for part in parts):
+                if not parts:
                     raise
                 interrupted = True
         with interrupts_wait():
@@ -213,53 +215,58 @@ def _reproduce(folder: Path, overrides: tuple[str, ...]) -> tuple[list[PaperPart
     return parts, left_out, interrupted
 
 
-def _part(
-    name: str,
-    laws: Sequence[str],
-    overrides: tuple[str, ...],
+def _tasks(overrides: tuple[str, ...], left_out: dict[str, str]) -> Iterator[tuple[run_options.Task, tuple[str, ...]]]:
+    """Yield the checked scenarios of the paper and their laws, without those of MuJoCo if it is missing."""
+    from dwmr.figures.paper import usual
+    from dwmr.simulation import mujoco_plant
+
+    for name, laws in PARTS:
+        task = run_options.read(name, None, overrides)
+        try:
+            mujoco_plant.require(task.file)
+        except DiagnosticError as error:
+            (missing,) = error.diagnostics
+            numbers = [figure.number for figure in usual(task.file.scenario)]
+            left_out[f"Table 13 and Figs. {numbers[0]} to {numbers[-1]}"] = f"{missing.message}: {missing.help}"
+        else:
+            run_options.check(task, laws)
+            yield task, laws
+
+
+def _run_and_draw(
+    task: run_options.Task,
+    law: str,
     files: Results,
     parts: list[PaperPart],
     left_out: dict[str, str],
     begin: Begin,
 ) -> None:
-    """Run a scenario under some laws, each with its figures at once, so that an interruption keeps them."""
+    """Run a scenario under a law and draw its figures at once, so that an interruption keeps them."""
     from dwmr.figures.paper import usual
     from dwmr.page.document import PaperPart
     from dwmr.results.metrics import measure
-    from dwmr.simulation import mujoco_plant
 
-    begin(f"reading {name}", 0)
-    task = run_options.read(name, None, overrides)
-    scenario, drawn = task.file.scenario, usual(task.file.scenario)
-    try:
-        mujoco_plant.require(task.file)
-    except DiagnosticError as error:
-        (missing,) = error.diagnostics
-        left_out[f"Table 13 and Figs. {drawn[0].number} to {drawn[-1].number}"] = f"{missing.message}: {missing.help}"
-        return
-    run_options.check(task, laws)
-    part = PaperPart(scenario, {}, {})
-    parts.append(part)
-    controllers: dict[str, Any] = {}
-    part.summary["controllers"] = controllers
-    for law in laws:
-        (trajectory,) = run_options.simulate_whole(task, (law,), begin)
-        run_options.say_stops((trajectory,))
-        controllers[law] = measure(trajectory, scenario)
-        part.summary.update(run_options.describe(task))
-        figures = [figure for figure in drawn if figure.law == law]
-        move = begin(f"drawing {name}, {law}", len(figures))
-        for k, figure in enumerate(figures):
-            try:
-                why = figure.obstacle_to(scenario) or _draw_one(figure, trajectory, scenario, "png", files)
-            except KeyboardInterrupt:
-                files.drop(figure.file("png"))
-                raise
-            if why:
-                left_out[f"Fig. {figure.number}"] = why
-            else:
-                part.pictures[figure] = files.read(figure.file("png"))
-            move(k + 1)
+    scenario = task.file.scenario
+    (trajectory,) = run_options.simulate_whole(task, (law,), begin)
+    run_options.say_stops((trajectory,))
+    if not parts or parts[-1].scenario is not scenario:
+        parts.append(PaperPart(scenario, {"controllers": {}}, {}))
+    part = parts[-1]
+    part.summary["controllers"][law] = measure(trajectory, scenario)
+    part.summary.update(run_options.describe(task))
+    figures = [figure for figure in usual(scenario) if figure.law == law]
+    move = begin(f"drawing {scenario.name}, {law}", len(figures))
+    for k, figure in enumerate(figures):
+        try:
+            why = figure.obstacle_to(scenario) or _draw_one(figure, trajectory, scenario, "png", files)
+        except KeyboardInterrupt:
+            files.drop(figure.file("png"))
+            raise
+        if why:
+            left_out[f"Fig. {figure.number}"] = why
+        else:
+            part.pictures[figure] = files.read(figure.file("png"))
+        move(k + 1)
 
 
 def _summarise(files: Results, parts: Sequence[PaperPart], left_out: Mapping[str, str], interrupted: bool) -> None:

@@ -126,7 +126,7 @@ def _print_table(out: Console, title: str, table: Table, about: str) -> None:
 
 
 def sentences(runs: Mapping[str, Any], printed: int | None, picture: str = "") -> list[str]:
-    """Return one sentence of each run, and of all that a table of the paper has beside it.
+    """Return one sentence of each run, and of all that are in a table of the paper.
 
     Args:
         runs: Measures by control law.
@@ -134,9 +134,9 @@ def sentences(runs: Mapping[str, Any], printed: int | None, picture: str = "") -
         picture: File to point to.
     """
     lines = [sentence(law, run, printed, picture) for law, run in runs.items()]
-    by_law = {law: found for law, run in runs.items() if (found := _ratios(law, run, printed))}
+    by_law = {law: values for law, run in runs.items() if (values := _ratios(law, run, printed))}
     if printed is not None and len(by_law) > 1:
-        lines.append(f"{', '.join(by_law)}: {near([one for found in by_law.values() for one in found], printed)}")
+        lines.append(f"{', '.join(by_law)}: {near([one for values in by_law.values() for one in values], printed)}")
     return lines
 
 
@@ -156,8 +156,8 @@ def sentence(law: str, run: Mapping[str, Any], printed: int | None, picture: str
 
 
 def _largest_errors(law: str, run: Mapping[str, Any], printed: int | None) -> str:
-    if printed is not None and (found := _ratios(law, run, printed)):
-        return near(found, printed)
+    if printed is not None and (values := _ratios(law, run, printed)):
+        return near(values, printed)
     far, turned = (max(row[name] for row in run["rmse"].values() for name in names) for names in _BY_UNIT)
     return f"root mean square errors up to {_number(far, 3)} m and {_number(turned, 3)} rad"
 

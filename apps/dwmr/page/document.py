@@ -373,7 +373,7 @@ def paper_page(parts: Sequence[PaperPart], left_out: Mapping[str, str], interrup
 
     Args:
         parts: The parts that were run.
-        left_out: Reasons for what is missing.
+        left_out: Reasons for missing parts.
         interrupted: Whether the rest is missing since the command was interrupted.
     """
     body = ["<main><header><h1>Tables 12 and 13, Figs. 8 to 39</h1>"]

@@ -1,10 +1,10 @@
+import csv
 import hashlib
 import json
 
 import pytest
 
 from dwmr.figures import paper
-from dwmr.page.document import PaperPart, paper_page
 from dwmr.simulation import mujoco_plant, simulate
 from tests.dwmr.paper import TABLE_12
 from tests.dwmr.process import dwmr, here
@@ -129,15 +129,17 @@ class TestPaper:
         assert "G_AIS > 0 is not guaranteed" in done.stderr
         assert list(tmp_path.iterdir()) == []
 
-    def test_has_the_papers_numbers_beside_ours(self, run_paper, measured):
-        file, _ = run_paper("aifqsmc")
-        part = PaperPart(file.scenario, {"controllers": {law: measured(law) for law in TABLE_12}}, {})
-        rows = part.table()
+    @pytest.mark.usefixtures("without_mujoco")
+    def test_has_the_papers_numbers_with_ours(self, tmp_path, run_paper, recorded):
+        recorded(*(run_paper(law)[1] for law in TABLE_12))
+        done = here("paper", "-o", tmp_path)
+        assert "smc, aifqsmc, fcafsmc: 21 of 27 errors within 10 % of Table 12, 21 within 12 %" in done.stdout
+        with (tmp_path / "table12.csv").open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
         assert len(rows) == 27
         for row in rows:
-            assert row["paper"] == TABLE_12[row["law"]][row["robot"]][row["error"]]
-            assert row["ours"] / row["paper"] == pytest.approx(row["ratio"])
-        assert "of 27 errors within 10 % of Table 12" in part.sentences()[-1]
-        page = paper_page([part], {}, False)
+            assert float(row["paper"]) == TABLE_12[row["law"]][row["robot"]][row["error"]]
+            assert float(row["ours"]) / float(row["paper"]) == pytest.approx(float(row["ratio"]))
+        page = (tmp_path / "index.html").read_text(encoding="utf-8")
         assert page.count("<td") == 9 * 10
         assert "4.0197" in page

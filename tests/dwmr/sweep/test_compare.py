@@ -102,7 +102,7 @@ class TestCommand:
         assert "3 runs each" in done.stdout
         with (tmp_path / "table.csv").open(newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
-        assert len(rows) == 3 * 3 * 12
+        assert len(rows) == 3 * 3 * 13
         row = rows[0]
         assert (row["controller"], row["robot"], row["measure"], row["n"]) == ("aifqsmc", "leader", "rmse.x_e", "3")
         assert float(row["low"]) < float(row["mean"]) < float(row["high"])
