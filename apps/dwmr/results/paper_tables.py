@@ -72,6 +72,7 @@ _TABLES = {
     "paper-with-limits": 12,
     "paper-constant-gain": 12,
     "paper-ideal-loop": 12,
+    "paper-lost-turn": 12,
     "undisturbed": 13,
     "experiment": 13,
 }

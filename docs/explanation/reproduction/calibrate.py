@@ -3,7 +3,7 @@
     python docs/explanation/reproduction/calibrate.py [SCENARIO] [--parameters NAMES] [--generations N] [--seed S]
         [--jobs N] [-o FILE]
 
-Without arguments it searches on `paper` for the values of `paper-lost-turn`, in about ten minutes of CPU. Each
+Without arguments it searches on `paper` for the values of `paper-lost-turn`, in about five minutes of CPU. Each
 generation draws some sets within the bounds, signs free, and changes the best ones so far. Of an entry with a ratio r
 to Table 12 the miss is |ln r|, of angles that are not wrapped; the cost of a set is the sum of (miss − ln 1.35)² over
 the misses beyond ln 1.35. Runs under SMC come first; only sets that it brings within a factor 2.2 are run under the
@@ -79,32 +79,32 @@ class Search:
 
     def __init__(self, scenario: str, names: Sequence[str], jobs: int | None) -> None:
         self.scenario, self.names, self.jobs = scenario, tuple(names), jobs
-        self.found: dict[Values, Ratios] = {}
+        self.ratios: dict[Values, Ratios] = {}
 
     def run(self, sets: Sequence[Values], whole: bool = False) -> None:
         """Run sets of values under SMC, and the promising ones, or all, under the other laws, too."""
-        new = [one for one in dict.fromkeys(sets) if one not in self.found]
+        new = [one for one in dict.fromkeys(sets) if one not in self.ratios]
         if new:
-            self.found |= dict(zip(new, self._ratios(new, ("smc",)), strict=True))
-        partial = [one for one in dict.fromkeys(sets) if len(self.found[one]) < len(runs.ENTRIES)]
-        good = [one for one in partial if whole or miss(self.found[one]) < math.log(HOPELESS)]
+            self.ratios |= dict(zip(new, self._run(new, ("smc",)), strict=True))
+        partial = [one for one in dict.fromkeys(sets) if len(self.ratios[one]) < len(runs.ENTRIES)]
+        good = [one for one in partial if whole or miss(self.ratios[one]) < math.log(HOPELESS)]
         if good:
-            for one, ratios in zip(good, self._ratios(good, ("aifqsmc", "fcafsmc")), strict=True):
-                self.found[one] = {**ratios, **self.found[one]}
+            for one, ratios in zip(good, self._run(good, ("aifqsmc", "fcafsmc")), strict=True):
+                self.ratios[one] = {**ratios, **self.ratios[one]}
 
-    def _ratios(self, sets: Sequence[Values], laws: Sequence[str]) -> list[Ratios]:
+    def _run(self, sets: Sequence[Values], laws: Sequence[str]) -> list[Ratios]:
         rows = runs.rows(self.scenario, [arguments(self.names, one) for one in sets], laws, self.jobs)
         return [runs.ratios(row) for row in rows]
 
     def best(self) -> list[Values]:
         """Return the sets of least cost, cheapest first."""
-        return sorted(self.found, key=lambda one: (cost(self.found[one]), one))
+        return sorted(self.ratios, key=lambda one: (cost(self.ratios[one]), one))
 
     def share(self, values: Values, reach: float, count: int) -> float:
         """Return the share of neighbours that keep the property."""
         sets = neighbours(values, reach, count)
         self.run(sets)
-        return sum(keeps(self.found[one]) for one in sets) / count
+        return sum(keeps(self.ratios[one]) for one in sets) / count
 
 
 def arguments(names: Sequence[str], values: Values) -> list[str]:
@@ -167,11 +167,11 @@ def explore(search: Search, generations: int, seed: int) -> Values:
     for number in range(generations):
         search.run(generation(search, random, 1.0 if number == 0 else 0.15))
         (best, *_) = search.best()
-        found = search.found[best]
-        angle = found["smc", "leader", "theta_e"] * TABLE_12["smc"]["leader"]["theta_e"]
-        print(f"generation {number}: factor {math.exp(miss(found)):.3f}, θ_e {angle:.2f} rad, {best}", file=sys.stderr)
+        ratios = search.ratios[best]
+        angle = ratios["smc", "leader", "theta_e"] * TABLE_12["smc"]["leader"]["theta_e"]
+        print(f"generation {number}: factor {math.exp(miss(ratios)):.3f}, θ_e {angle:.2f} rad, {best}", file=sys.stderr)
     shares = {one: search.share(one, NEAR, FEW) for one in search.best()[:CANDIDATES]}
-    return max(shares, key=lambda one: (shares[one], -cost(search.found[one])))
+    return max(shares, key=lambda one: (shares[one], -cost(search.ratios[one])))
 
 
 def result(search: Search, values: Values) -> dict[str, Any]:
@@ -180,7 +180,7 @@ def result(search: Search, values: Values) -> dict[str, Any]:
     near = neighbours(values, FAR, MANY)
     shares = {f"{reach:.0%}": search.share(values, reach, MANY) for reach in (NEAR, FAR)}
     search.run(near, whole=True)
-    ratios, around = search.found[values], [search.found[one] for one in near]
+    ratios, around = search.ratios[values], [search.ratios[one] for one in near]
     entries = [
         {
             "law": entry[0], "robot": entry[1], "error": entry[2], "ratio": round(ratios[entry], 4),
@@ -192,7 +192,7 @@ def result(search: Search, values: Values) -> dict[str, Any]:
     return {
         "scenario": search.scenario,
         "parameters": dict(zip(search.names, values, strict=True)),
-        "sets": len(search.found),
+        "sets": len(search.ratios),
         "factor": round(math.exp(miss(ratios)), 4),
         "angle": round(ratios["smc", "leader", "theta_e"] * TABLE_12["smc"]["leader"]["theta_e"], 4),
         "neighbours": MANY,
@@ -206,21 +206,24 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenario", nargs="?", default="paper")
     parser.add_argument("--parameters", default=",".join(USUAL), help=f"of {', '.join(PARAMETERS)}")
-    parser.add_argument("--generations", type=int, default=6)
+    parser.add_argument("--generations", type=int, default=2)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int)
     parser.add_argument("-o", type=Path, metavar="FILE")
-    given = parser.parse_args()
-    names = given.parameters.split(",")
+    options = parser.parse_args()
+    names = options.parameters.split(",")
     if unknown := [one for one in names if one not in PARAMETERS]:
         parser.error(f"{unknown[0]!r} is not one of {', '.join(PARAMETERS)}")
-    search = Search(given.scenario, names, given.jobs)
-    own = given.generations < 1
-    values = present(given.scenario, names) if own else explore(search, given.generations, given.seed)
+    search = Search(options.scenario, names, options.jobs)
+    values = (
+        present(options.scenario, names)
+        if options.generations < 1
+        else explore(search, options.generations, options.seed)
+    )
     text = json.dumps(result(search, values), indent=1) + "\n"
     print(text, end="")
-    if given.o is not None:
-        given.o.write_text(text, encoding="utf-8")
+    if options.o is not None:
+        options.o.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
