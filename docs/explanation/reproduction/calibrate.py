@@ -26,7 +26,8 @@ import numpy as np
 import runs
 
 from dwmr.results.paper_tables import TABLE_12
-from dwmr.scenario.file import find, read
+from dwmr.scenario.file import UnknownScenarioError, find, read
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
 
 class Parameter(NamedTuple):
@@ -214,12 +215,17 @@ def main() -> None:
     names = options.parameters.split(",")
     if unknown := [one for one in names if one not in PARAMETERS]:
         parser.error(f"{unknown[0]!r} is not one of {', '.join(PARAMETERS)}")
+    keys = [key for name in names for key in PARAMETERS[name].keys]
+    if twice := [key for k, key in enumerate(keys) if key in keys[:k]]:
+        parser.error(f"two parameters set {twice[0]}")
+    try:
+        values = present(options.scenario, names)
+    except (UnknownScenarioError, DiagnosticError, IndexError) as error:
+        reason = "it has no such disturbances" if isinstance(error, IndexError) else str(error)
+        parser.error(f"SCENARIO {options.scenario}: {reason}")
     search = Search(options.scenario, names, options.jobs)
-    values = (
-        present(options.scenario, names)
-        if options.generations < 1
-        else explore(search, options.generations, options.seed)
-    )
+    if options.generations > 0:
+        values = explore(search, options.generations, options.seed)
     text = json.dumps(result(search, values), indent=1) + "\n"
     print(text, end="")
     if options.o is not None:
