@@ -11,11 +11,11 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.coverage.box_search import Side
+from fuzzyctl.analysis.reach import stability
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
 from fuzzyctl.analysis.reach.reach import ReachableSets, Step
 from fuzzyctl.analysis.reach.sets import Parallelotope, modes
-from fuzzyctl.analysis.reach.stability import Contraction, contraction
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.work import clock
 from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in
@@ -41,7 +41,7 @@ _ANCHORS: Final = frozenset(round(100 * 1.6**k) for k in range(24))
 DRAWN: Final = 64
 _RUNS: Final = 0.3
 #: Numbers of periods at which it is tried whether a set contracts.
-_LOOKS: Final = frozenset(round(30 * 1.5**k) for k in range(30))
+_LOOKS: Final = frozenset({2, 6, 14, *(round(30 * 1.5**k) for k in range(30))})
 
 Progress = Callable[[str, int, int], None]
 
@@ -277,12 +277,7 @@ class LoopProver:
     ) -> None:
         """Note the boxes in which a claim is open over a step, or a state may leave its range."""
         count = len(broken[0])
-        left: list[tuple[str, Mask]] = []
-        for state, form in zip(sets.equations.plant_states, step.states, strict=True):
-            if math.isfinite(state.low) or math.isfinite(state.high):
-                low, high = ends(form)
-                text = f"state '{state.name}' may leave its range: it lies in [{low.min():.4g}, {high.max():.4g}]"
-                left.append((text, np.broadcast_to(~_within(state, low, high), count)))
+        left = [(text, np.broadcast_to(mask, count)) for text, mask in self._left(sets, step)]
         for k, claim in enumerate(claims):
             if step.time > claim.end + ALIGNED * sets.equations.step:
                 continue
@@ -293,6 +288,18 @@ class LoopProver:
                 for box in np.flatnonzero(mask):
                     if not broken[k][box][1]:
                         broken[k][box] = (step.time, text, self._cut(step, int(box)))
+
+    def _left(self, sets: ReachableSets, step: Step) -> list[tuple[str, Mask]]:
+        """Return which states may leave their ranges over a step, in words, and in which boxes."""
+        left: list[tuple[str, Mask]] = []
+        for state, form in zip(sets.equations.plant_states, step.states, strict=True):
+            if math.isfinite(state.low) or math.isfinite(state.high):
+                low, high = ends(form)
+                outside = ~_within(state, low, high)
+                if outside.any():
+                    text = f"state '{state.name}' may leave its range: it lies in [{low.min():.4g}, {high.max():.4g}]"
+                    left.append((text, outside))
+        return left
 
     def _cut(self, step: Step, box: int) -> tuple[int, float]:
         """Return which side of a box to cut, and its share in the widths of the states."""
@@ -382,7 +389,7 @@ class LoopProver:
         low, high = (e[None] for e in self._family())
         plant, memory, free = self._begin(sets, low, high)
         until = clock.used() + self.timeout
-        balls: list[Contraction] = []
+        balls: list[stability.Contraction] = []
         reasons: list[str] = []
         previous: list[list[Form]] = []
 
@@ -391,8 +398,8 @@ class LoopProver:
             previous[:] = [rows]
             if period in _LOOKS:
                 try:
-                    ball = contraction(sets, rows, free, motion)
-                except (NoTubeError, DomainError) as error:
+                    ball = stability.contraction(sets, rows, free, motion)
+                except (NoTubeError, DomainError, stability.LeavesRangeError) as error:
                     ball = None
                     reasons[:] = [str(error)]
                 if ball is not None:
@@ -404,6 +411,8 @@ class LoopProver:
         try:
             for step in sets.run(plant, memory, free, len(self.dimensions), look):
                 time = step.time
+                if left := self._left(sets, step):
+                    return Undecided(text, f"at t = {time:.6g} s {left[0][0]}")
                 if clock.used() > until:
                     break
         except (NoTubeError, DomainError) as error:

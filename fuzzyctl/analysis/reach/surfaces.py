@@ -97,35 +97,56 @@ class SystemSurface:
         Raises:
             DomainError: If an output has none there.
         """
-        if self.grid is not None and not any(t.weight for t in self.grid.outputs):
-            return [self._slopes_of_table(t, inputs) for t in self.grid.outputs]
-        low, high = (np.array(e) for e in zip(*map(ends, inputs), strict=True))
-        wanted = list(range(len(self.system.outputs)))
-        enclosures, gaps = self._boxed.evaluate(boxes(low, high), wanted, gaps=True)
         results = []
-        for enclosure in enclosures:
-            slopes = enclosure.slopes
-            if bool(np.any(gaps)) or slopes is None or not all(np.all(np.isfinite(s)) for s in slopes):
-                raise DomainError(f"the slopes of system '{self.system.name}' have no bound there")
-            below, above = (np.broadcast_to(s, low.shape)[:, 0] for s in slopes)
-            results.append(forms.interval(below, above))
+        for k in range(len(self.system.outputs)):
+            low, high = ends(self.gradients(inputs, k))
+            results.append(forms.interval(low.min(0), high.max(0)))
         return results
 
-    def _slopes_of_table(self, table: Table, inputs: Sequence[Form]) -> Form:
-        """Return the slopes of a multilinear function over one box, which on each cell are extreme at its corners."""
+    def gradients(self, inputs: Sequence[Form], output: int) -> Form:
+        """Return gradients of an output whose convex hull holds all over one box, shape (gradients, inputs, 2).
+
+        Raises:
+            DomainError: If gradients have no bound.
+        """
+        if self.grid is not None and not any(t.weight for t in self.grid.outputs):
+            return self._gradients_of_table(self.grid.outputs[output], inputs)
+        low, high = (np.array(e) for e in zip(*map(ends, inputs), strict=True))
+        (enclosure,), gaps = self._boxed.evaluate(boxes(low, high), [output], gaps=True)
+        slopes = enclosure.slopes
+        if bool(np.any(gaps)) or slopes is None or not all(np.all(np.isfinite(s)) for s in slopes):
+            raise DomainError(f"the slopes of system '{self.system.name}' have no bound there")
+        below, above = (np.broadcast_to(s, low.shape)[:, 0] for s in slopes)
+        return corners(forms.interval(below, above))
+
+    def _gradients_of_table(self, table: Table, inputs: Sequence[Form]) -> Form:
+        """Return the gradients of a multilinear function at the corners of the parts of cells in one box.
+
+        On a part of a cell the gradient is multilinear, so that it lies in the hull of those at the corners. The slope
+        along an input does not depend on this input, and is that of the whole cell.
+        """
         assert self.grid is not None
         knots = [np.array(k) for k in self.grid.knots]
         values = np.array(table.value).reshape([len(k) for k in knots])
-        axes = [_cut(k, *(float(e[0]) for e in ends(inputs[i]))) for k, i in zip(knots, self.grid.inputs, strict=True)]
-        points = np.stack([m.reshape(-1) for m in np.meshgrid(*axes, indexing="ij")], -1)
-        heights = _interpolated(values, knots, points).reshape([len(a) for a in axes])
-        results = np.zeros((len(inputs), 2))
+        # Of each axis the cells that the box meets, twice, and weights of the knots at the ends of their parts in it.
+        cells, shares = [], list[Form]()
+        for k, i in zip(knots, self.grid.inputs, strict=True):
+            low, high = (float(e[0]) for e in ends(inputs[i]))
+            met = np.flatnonzero((np.append(k, np.inf) >= low) & (np.insert(k, 0, -np.inf) <= high))
+            at = np.clip(np.stack([np.insert(k, 0, low)[met], np.append(k, high)[met]], 1), low, high).reshape(-1)
+            cells.append(np.repeat(met, 2))
+            shares.append(np.stack([np.interp(at, k, row) for row in np.eye(len(k))], 1))
+        results = np.zeros((*(len(c) for c in cells), len(inputs), 2))
         for axis, i in enumerate(self.grid.inputs):
-            lengths = np.diff(axes[axis])
-            rounding = 64 * 2.0**-53 * np.abs(values).max() / max(float(lengths.min()), 1e-300)
-            steep = np.diff(heights, axis=axis) / lengths.reshape([-1 if k == axis else 1 for k in range(len(axes))])
-            results[i] = forms.interval(np.array(steep.min() - rounding), np.array(steep.max() + rounding))
-        return results
+            lengths = np.diff(knots[axis])
+            steep = np.moveaxis(np.diff(values, axis=axis), axis, -1) / lengths
+            steep = np.moveaxis(np.pad(steep, [(0, 0)] * (values.ndim - 1) + [(1, 1)]), -1, axis)
+            for other, share in enumerate(shares):
+                if other != axis:
+                    steep = np.moveaxis(np.tensordot(share, steep, (1, other)), 0, other)
+            results[..., i, 0] = np.take(steep, cells[axis], axis)
+            results[..., i, 1] = 64 * 2.0**-53 * np.abs(values).max() / max(float(lengths.min(initial=1.0)), 1e-300)
+        return _hull(results.reshape(-1, len(inputs), 2))
 
     def _by_slopes(self, arguments: Sequence[Form]) -> list[Value]:
         """Return forms by the mean value: the value at the centre, and the slopes over the box."""
@@ -173,6 +194,8 @@ def _planes(sides: Sequence[Form], slopes: Form, middle: Form, error: Form) -> F
     return forms.padded(out, size * len(sides))
 
 
+#: Most gradients that take the place of a box.
+_MOST_CORNERS: Final = 32
 #: Slabs that a plane set is cut into.
 SLABS: Final = 12
 #: By which part of its size corners of a plane set may be misplaced by rounding.
@@ -203,17 +226,41 @@ def _over_slabs(values: Form, knots: Sequence[Form], sides: Sequence[Form]) -> t
     return points, _interpolated(values, knots, points)
 
 
-def _cut(knots: Form, low: float, high: float) -> Form:
-    """Return the ends of the parts of cells that lie in a range; parts that are narrow are widened."""
-    least = 1e-6 * (knots[-1] - knots[0])
-    inner = [k for k in knots if low < k < high]
-    points = [low, *inner, high] if high - low > least else [low - least, *inner, high + least]
-    # Ends just beyond a knot would make parts whose slopes drown in rounding.
-    if len(points) > 2 and points[1] - points[0] < least:
-        points[0] -= least
-    if len(points) > 2 and points[-1] - points[-2] < least:
-        points[-1] += least
-    return np.array(points)
+def corners(box: Form) -> Form:
+    """Return the corners of a box, given by intervals of shape (sides, 2); shape (corners, sides, 2)."""
+    low, high = ends(box)
+    picks = np.stack(np.meshgrid(*[np.array([False, True])] * len(low), indexing="ij"), -1).reshape(-1, len(low))
+    # Not the middles beside the ends: a side without width has one.
+    points = np.unique(np.where(picks, high, low), axis=0)
+    return np.stack([points, np.zeros_like(points)], -1)
+
+
+def _hull(points: Form) -> Form:
+    """Return points whose convex hull holds that of others, shape (points, sides, 2), fewer if possible."""
+    low, high = ends(points)
+    box = forms.interval(low.min(0), high.max(0))
+    order = np.unique(points[..., 0], axis=0, return_index=True)[1]
+    used = np.flatnonzero(np.ptp(points[..., 0], axis=0) > 0.0)
+    if len(used) == 2:
+        x, y = points[order][:, used, 0].T
+        outline: set[int] = set()
+        for turn in (1.0, -1.0):  # the lower and the upper half, from left to right
+            half: list[int] = []
+            for k in range(len(x)):
+                while len(half) > 1 and turn * _turn(x, y, half[-2], half[-1], k) <= 0.0:
+                    half.pop()
+                half.append(k)
+            outline |= set(half)
+        order = order[sorted(outline)]
+        # A point that is left out for rounding alone lies that near to the hull.
+        points = points.copy()
+        points[..., 1] += 1e-12 * np.abs(points[..., 0]).max(0)
+    return corners(box) if len(order) > max(2 ** len(used), _MOST_CORNERS) else points[order]
+
+
+def _turn(x: Form, y: Form, a: int, b: int, c: int) -> float:
+    """Return twice the area of a triangle, positive if it turns to the left."""
+    return float((x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a]))
 
 
 def _slabs(x: Form, y: Form, knots: Form) -> tuple[Form, Form, Form]:

@@ -95,7 +95,29 @@ MUTANTS = {
     "the last step of a claim is missed": (
         "prover", "last = min(end + sample_times(self.loop)[0],", "last = min(end,", "prover"),
     "states may leave their ranges": (
-        "prover", "np.broadcast_to(~_within(state, low, high), count)", "np.zeros(count, bool)", "prover"),
+        "prover", "outside = ~_within(state, low, high)", "outside = np.zeros(1, bool)", "prover"),
+    "an input acts as in the mean of a period": (
+        "stability",
+        "by_held = _series(a, as_form(forms.scaled(b, length)), length, 2)",
+        "by_held = _product(_series(a, as_form(forms.scaled(identity, length)), length, 2), b)",
+        "stability"),
+    "a series ends": (
+        "stability", "rest[..., 1] += 2.0 * last", "rest[..., 1] += 0.0 * last", "stability"),
+    "vertices have no width": (
+        "stability", "spread = exact @ slopes[..., 1]", "spread = 0.0 * exact @ slopes[..., 1]", "stability"),
+    "a bound is what is proposed": (
+        "stability",
+        "return float(q) + apart + 1e-15 if is_positive_definite(",
+        "return float(q) * 0.99 + apart if is_positive_definite(",
+        "stability"),
+    "a ball may leave the range of a state": (
+        "stability", "if not (state.holds(low) and state.holds(high)):", "if False:", "stability"),
+    "a bend has one slope": (
+        "slopes", "return np.concatenate([_row(*first), _row(*second)])", "return _row(*first)", "stability"),
+    "the narrowest cells do not count": (
+        "surfaces", "(np.append(k, np.inf) >= low)", "(np.append(k, np.inf) >= low + 2e-7)", "stability"),
+    "a hull has two corners": (
+        "slopes", "count *= len(varied[at])", "count *= 1", "stability"),
 }  # fmt: skip
 
 

@@ -1,0 +1,192 @@
+"""What is proved to converge does: derivatives hold difference quotients, and norms those of products."""
+
+import math
+
+import numpy as np
+import pytest
+
+import fuzzyctl
+from fuzzyctl import Proved, loads
+from fuzzyctl.analysis.reach.forms import ends, interval
+from fuzzyctl.analysis.reach.prover import LoopProver, stability
+from fuzzyctl.analysis.reach.reach import ReachableSets
+from fuzzyctl.analysis.reach.surfaces import SystemSurface
+from fuzzyctl.simulation.expansion import loop_equations
+from tests.fuzzyctl.analysis.reach.loops import FUZZY, TANK
+
+
+def verdicts(text, timeout=20.0):
+    loop = loads(text, block="l")
+    looking = LoopProver(loop, timeout)
+    return [looking.verdict(c) for c in loop.guarantees]
+
+
+def is_stable(text, timeout=20.0):
+    return [isinstance(v, Proved) for v in verdicts(text, timeout)] == [True]
+
+
+def sets_of(text):
+    return ReachableSets(loop_equations(loads(text, block="l")), 0, np.zeros((1, 0)))
+
+
+def boxed(low, high):
+    return [interval(np.array([a]), np.array([b])) for a, b in zip(low, high, strict=True)]
+
+
+STEEP = """
+system steep
+and product
+defuzzifier center_average
+input e in [-1, 1]
+  terms A@-1 B@-0.0000004 C@0 D@0.4 E@1
+input d in [-1, 1]
+  terms N P
+output u in [-1, 1]
+  terms low@-1 z@0 m@0.3 high@1
+table u = e x d
+       N     P
+  A |  low   z
+  B |  low   low
+  C |  high  m
+  D |  z     m
+  E |  high  high
+"""
+
+
+def test_gradients_hold_difference_quotients_beside_narrow_cells():
+    """The cell between B and C has a part of 2e-7 of the range."""
+    surface, system = SystemSurface(loads(STEEP)), fuzzyctl.compile(loads(STEEP))
+    random = np.random.default_rng(3)
+    for scale in (3e-7, 1e-3, 1.5):
+        for _ in range(20):
+            low = random.uniform(-scale, scale, 2)
+            high = low + random.uniform(0, scale, 2)
+            low_slope, high_slope = ends(surface.slopes(boxed(low, high))[0])
+            corners = surface.gradients(boxed(low, high), 0)[..., 0]
+            for _ in range(10):
+                a, b = random.uniform(low, high), random.uniform(low, high)
+                b[1] = a[1]
+                quotient = (system(*a) - system(*b)) / (a[0] - b[0])
+                assert low_slope[0] <= quotient + 1e-7 * abs(quotient)
+                assert quotient <= high_slope[0] + 1e-7 * abs(quotient)
+            for turn in np.linspace(0, 2 * math.pi, 7):  # the hull of the corners is wide enough in each direction
+                aim = np.array([math.cos(turn) * scale, math.sin(turn)])
+                moved = random.uniform(low, high)
+                step = 1e-3 * (high - low) * np.sign(aim)
+                inside = np.clip(moved + step, low, high)
+                rise = system(*inside) - system(*moved)
+                assert rise <= (corners @ (inside - moved)).max() + 1e-12
+
+
+def test_an_input_that_acts_differently_within_a_period_counts():
+    """X' = A X + B(t) with a turning A: B may have the sign of what multiplies it at each time."""
+    length, r = 2.2, 0.1
+    a = np.zeros((2, 2, 2))
+    a[0, 1, 0], a[1, 0, 0] = 1.0, -1.0
+    b = np.zeros((2, 1, 2))
+    b[..., 1] = r
+    s = np.linspace(0.0, length, 10001)
+    worst = r * np.trapezoid(np.abs(np.cos(s)) + np.abs(np.sin(s)), s)
+    driven = stability._series(a, b * length, length, 2)
+    assert ends(driven)[1][0, 0] >= worst
+    exact = stability._series(a, np.stack([np.eye(2), np.zeros((2, 2))], -1), 1.0, 1)
+    assert np.all(np.abs(exact[..., 0] - [[math.cos(1), math.sin(1)], [-math.sin(1), math.cos(1)]]) <= exact[..., 1])
+    assert float(exact[..., 1].max()) < 1e-3
+
+
+#: A plant that turns, whose input acts by its state, and a controller that bends.
+TURNING = """
+controller law
+input x
+state s = 0.1
+next s = 0.5 * s + clamp(x, -0.2, 0.3)
+output u = abs(x - 0.1) + s * x
+every 1.5 s
+plant p
+input u
+state x = 0.2
+state v = 0
+der x = v
+der v = -x - 0.3 * v + u * (1 + sin(x))
+output y = x
+loop l
+block law = law(p.y)
+block p = p(law.u)
+run 9 s
+"""
+
+
+@pytest.mark.parametrize(("text", "low", "high"), [
+    (TURNING, [-0.2, -0.3, -0.2], [0.3, 0.3, 0.4]),
+    (TANK, [0.3, -0.2], [0.5, 0.2]),
+    (FUZZY, [-0.3, -0.3], [0.5, 0.4]),
+])  # fmt: skip
+def test_the_vertices_of_a_period_hold_difference_quotients(text, low, high):
+    sets = sets_of(text)
+    vertices = stability.period_slopes(sets, boxed(low, high), [])
+    random = np.random.default_rng(1)
+    for _ in range(30):
+        a, b = random.uniform(low, high), random.uniform(low, high)
+        images = [stability._image(sets, [np.array([[x, 0.0]]) for x in z], []) for z in (a, b)]
+        first, second = (np.array([r[0, 0] for r in rows]) for rows in images)
+        slack = 1e-9 + sum(np.array([np.abs(r[0, 1:]).sum() for r in rows]) for rows in images)
+        for aim in (*np.eye(len(low)), random.normal(size=len(low))):
+            reach = vertices[..., 0] @ (a - b) @ aim + (vertices[..., 1] @ np.abs(a - b)) @ np.abs(aim)
+            assert (first - second) @ aim <= reach.max() + slack @ np.abs(aim)
+
+
+@pytest.mark.parametrize("continuous", [False, True])
+def test_norms_in_common_coordinates_bound_switching_families(continuous):
+    """Drawn families: where a common quadratic function is found, no member and no product of members grows."""
+    random = np.random.default_rng(5)
+    found = 0
+    for _ in range(60):
+        n, count = random.integers(1, 5), random.integers(1, 5)
+        centres = random.normal(size=(count, n, n)) * random.uniform(0.1, 0.9)
+        if continuous:
+            centres = centres - random.uniform(0, 2) * np.eye(n)
+        vertices = np.stack([centres, 0.02 * random.uniform(size=centres.shape)], -1)
+        basis = stability.common_basis(centres, np.eye(n), continuous)
+        if basis is None:
+            # None exists, if no family of a single matrix is refused that converges.
+            modes = np.linalg.eigvals(centres)
+            growth = modes.real.max() if continuous else np.abs(modes).max() - 1.0
+            assert count > 1 or growth > -1e-3
+            continue
+        bound = stability.growth_bound if continuous else stability.norm_bound
+        rate = max(bound(v, basis) for v in vertices)
+        inverse = np.linalg.inv(basis)
+        for _ in range(20):
+            weights = random.dirichlet(np.ones(count))
+            member = np.einsum("v,vij->ij", weights, centres + vertices[..., 1] * random.choice([-1, 1], (n, n)))
+            turned = inverse @ member @ basis
+            if continuous:
+                assert np.linalg.eigvalsh(turned + turned.T)[-1] / 2 <= rate
+                assert np.linalg.eigvals(member).real.max() <= rate + 1e-12
+            else:
+                assert np.linalg.norm(turned, 2) <= rate
+                assert np.abs(np.linalg.eigvals(member)).max() <= rate + 1e-12
+        found += rate < (0.0 if continuous else 1.0)
+    assert found > 10
+
+
+def test_a_common_function_is_found_where_one_is_known():
+    """Two modes that share a function only in a narrow range: s = 1 +- k of a double integrator with a sector."""
+    a = np.array([[0.0, 1.0], [-1.0, -1.0]])
+    b, c = np.array([[0.0], [1.0]]), np.array([[1.0, 0.0]])
+    # Re 1 / (1 + k G) > 0: the circle criterion holds for gains in (-k, k) iff k |G(iw)| < 1, at most 2 / sqrt(3).
+    for k, holds in ((0.5, True), (0.86, True), (0.87, False)):
+        basis = stability.common_basis(np.stack([a + k * b @ c, a - k * b @ c]), np.eye(2), True)
+        assert (basis is not None) == holds, k
+
+
+def test_a_state_that_leaves_its_range_is_not_stable():
+    text = "plant p\nstate x in [{}, 2] = 1\nder x = -x\noutput y = x\nloop l\nblock p = p()\nrun 10 s step 100 ms\n"
+    assert not is_stable(text.format(0.5) + "require stable\n", 1.0)
+    assert is_stable(text.format(-0.5) + "require stable\n")
+
+
+def test_a_loop_of_controllers_alone_converges():
+    text = "controller c\nstate s = 0.5\nnext s = {} * s\noutput u = s\nevery 1 s\nloop l\nblock c = c()\nrun 9 s\n"
+    assert is_stable(text.format(0.5) + "require stable\n")
+    assert not is_stable(text.format(1.001) + "require stable\n", 1.0)
