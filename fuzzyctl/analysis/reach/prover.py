@@ -15,7 +15,7 @@ from fuzzyctl.analysis.reach import stability
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
 from fuzzyctl.analysis.reach.reach import ReachableSets, Step
-from fuzzyctl.analysis.reach.sets import Parallelotope, modes
+from fuzzyctl.analysis.reach.sets import Parallelotope, modes, with_symbols
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.work import clock
 from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in
@@ -41,7 +41,7 @@ _ANCHORS: Final = frozenset(round(100 * 1.6**k) for k in range(24))
 DRAWN: Final = 64
 _RUNS: Final = 0.3
 #: Numbers of periods at which it is tried whether a set contracts.
-_LOOKS: Final = frozenset({2, 6, 14, *(round(30 * 1.5**k) for k in range(30))})
+_LOOKS: Final = frozenset({0, 2, 6, 14, *(round(30 * 1.5**k) for k in range(30))})
 
 Progress = Callable[[str, int, int], None]
 
@@ -408,6 +408,10 @@ class LoopProver:
             return rows
 
         time = 0.0
+        boxes = max(len(a) for a in (*plant, *memory))
+        begin = with_symbols([np.broadcast_to(a, (boxes, a.shape[-1])) for a in (*plant, *memory)])
+        if look(0, begin) is None:
+            return self._converges(sets, balls[0], 0.0)
         try:
             for step in sets.run(plant, memory, free, len(self.dimensions), look):
                 time = step.time
@@ -418,11 +422,15 @@ class LoopProver:
         except (NoTubeError, DomainError) as error:
             reasons[:] = [str(error) or "no enclosure of the solutions is proved"]
         if balls:
-            period = sets.equations.step
-            note = f"from t = {time + period:.6g} s on distances shrink by {balls[0].rate:.6g} each {period:g} s"
-            return Proved(text, note=note)
+            return self._converges(sets, balls[0], time + sets.equations.step)
         why = f": {reasons[0]}" if reasons and reasons[0] else ""
         return Undecided(text, f"no set of t <= {time:.6g} s is proved to contract{why}")
+
+
+    def _converges(self, sets: ReachableSets, ball: stability.Contraction, time: float) -> Proved:
+        what = "distances to the point of rest shrink" if ball.to_rest else "distances shrink"
+        note = f"from t = {time:.6g} s on {what} by {ball.rate:.6g} each {sets.equations.step:g} s"
+        return Proved("stable", note=note)
 
 
 def _changes(sets: ReachableSets) -> str:

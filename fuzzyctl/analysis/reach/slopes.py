@@ -2,29 +2,40 @@
 
 Derivatives vary over a box in the few places that are not linear. Their local slopes lie in a convex hull of a few
 corners; as each path from an input to a value passes such a place once, the derivatives are multi-affine in the local
-slopes, and lie in the convex hull of those at all combinations of corners.
+slopes, and lie in the convex hull of those at all combinations of corners. Of two systems whose rules have the same
+premises, as the model and the law of Takagi and Sugeno, the weights are the same numbers: the coefficients of the
+products of weights are averages of combinations, and so are those of a higher degree (Polya).
+
+About a point, differences f(x) - f(c) = S (x - c) take the place of derivatives: S is the slope of a chord, so that a
+saturation has a sector about c, and a rule with a linear consequent its own coefficients, whatever its weight.
 
 Source:
     Griewank, Walther: Evaluating Derivatives, 2nd ed. 2008 (forward mode); of a function with kinks the hull of the
-    derivatives of its pieces, which holds every difference quotient (Clarke).
+    derivatives of its pieces, which holds every difference quotient (Clarke). Krawczyk, Neumaier: Interval slopes for
+    rational functions and associated centered forms, 1985. Sala, Arino: Asymptotically necessary and sufficient
+    conditions for stability and performance in fuzzy control: applications of Polya's theorem, 2007.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from itertools import combinations_with_replacement, permutations
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from fuzzyctl.analysis.reach import forms
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, hulled
-from fuzzyctl.analysis.reach.series import STEPS, Nodes, Series
+from fuzzyctl.analysis.reach.series import STEPS, Nodes, Series, is_zero
 from fuzzyctl.analysis.reach.surfaces import corners
 
 #: Most combinations of corners.
 MOST: Final = 256
 #: Local slopes whose radius is a smaller part of their size are not varied.
 _NARROW: Final = 1e-7
+#: Degree that products of the same weights are raised to, beyond their own.
+_RAISED: Final = 3
 
 
 class _Local(NamedTuple):
@@ -33,10 +44,12 @@ class _Local(NamedTuple):
     Args:
         parts: Positions of the nodes that it is computed from.
         slopes: Corners of the slopes by them, shape (corners, parts, 2).
+        weights: Of a corner for each rule what the weights of the rules depend on, else None.
     """
 
     parts: Sequence[int]
     slopes: Form
+    weights: object = None
 
 
 class Slopes:
@@ -62,17 +75,19 @@ class Slopes:
         """
         return np.asarray(self._summed(self._locals(values))[0])
 
-    def vertices(self, values: Sequence[Value], most: int = MOST) -> Form:
+    def vertices(self, values: Sequence[Value], about: Sequence[Value] | None = None, most: int = MOST) -> Form:
         """Return derivatives whose convex hull holds all over one box, shape (vertices, values, names, 2).
 
         Args:
             values: Of the inputs of the nodes; intervals.
+            about: A point of the box: slopes of chords from there are returned in place of derivatives. Its numbers are
+                exact, its intervals hold the true ones.
             most: How many vertices to return at most. Places of less effect are enclosed by intervals.
 
         Raises:
             DomainError: If a value may jump.
         """
-        locals_ = self._locals(values)
+        locals_ = self._locals(values, about)
         table: list[Any] = []
         whole = self._summed(locals_, table)
         varied: dict[int, Form] = {}
@@ -94,14 +109,23 @@ class Slopes:
                 chosen.append(at)
         if not chosen:
             return whole
-        grids = np.meshgrid(*(np.arange(len(varied[at])) for at in chosen), indexing="ij")
+        shape = [len(varied[at]) for at in chosen]
+        grids = np.meshgrid(*map(np.arange, shape), indexing="ij")
         picked = {at: varied[at][g.reshape(-1)] for at, g in zip(chosen, grids, strict=True)}
-        return self._summed({at: _Local(v.parts, picked.get(at, v.slopes)) for at, v in locals_.items()}, None, picked)
+        results = self._summed(
+            {at: local._replace(slopes=picked.get(at, local.slopes)) for at, local in locals_.items()}, None, picked
+        )
+        weights = [locals_[at].weights for at in chosen]
+        return _raised(results.reshape(*shape, *results.shape[1:]), weights, most)
 
-    def _locals(self, values: Sequence[Value]) -> dict[int, _Local]:
+    def _locals(self, values: Sequence[Value], about: Sequence[Value] | None = None) -> dict[int, _Local]:
         """Return how nodes depend on those before them that depend on the inputs."""
         series = Series(self.nodes, [v if isinstance(v, float) else hulled(v) for v in values])
         series.extend()
+        centre = None
+        if about is not None:
+            centre = Series(self.nodes, list(about), exact=True)
+            centre.extend()
         moving = set(self._columns)
         results: dict[int, _Local] = {}
         for at, node in enumerate(self.nodes.nodes):
@@ -113,11 +137,57 @@ class Slopes:
                 self._picked(series, at, [], [])  # the choice itself may jump
             if any(p in moving for p in parts):
                 moving.add(at)
-                slopes = self._slopes(series, at)
-                if not np.all(np.isfinite(slopes)):
+                local = _Local(parts, *self._rules(series, centre, at))
+                if not len(local.slopes):
+                    chord = None if centre is None else self._chords(series, centre, at)
+                    local = _Local(parts, self._slopes(series, at) if chord is None else chord)
+                if not np.all(np.isfinite(local.slopes)):
                     raise DomainError("a derivative has no bound")
-                results[at] = _Local(parts, slopes)
+                results[at] = local
         return results
+
+    def _rules(self, series: Series, centre: Series | None, at: int) -> tuple[Form, object]:
+        """Return the coefficients of the rules of a system about 0, and what their weights depend on; or no rows."""
+        node, nothing = self.nodes.nodes[at], np.zeros((0, 0, 2))
+        if centre is None or node.kind != "output":
+            return nothing, None
+        call = self.nodes.nodes[node.parts[0]]
+        if not all(is_zero(centre.coefficients[p][0]) for p in call.parts):
+            return nothing, None
+        arguments = [hulled(as_form(series.coefficients[p][0])) for p in call.parts]
+        rules = call.detail.rules(arguments, node.detail)
+        return (nothing, None) if rules is None else (rules, call.detail.weights(call.parts, node.detail))
+
+    def _chords(self, series: Series, centre: Series, at: int) -> Form | None:
+        """Return the corners of the slopes of a node about a point; None for those of the derivatives."""
+        node = self.nodes.nodes[at]
+        value = [series.coefficients[p][0] for p in node.parts]
+        there = [centre.coefficients[p][0] for p in node.parts]
+        match node.kind:
+            case "*":
+                if node.parts[0] == node.parts[1]:
+                    return _row(value[0], there[0])
+                first, second = (float(np.max(forms.radius(as_form(v)))) for v in value)
+                return _row(value[1], there[0]) if second <= first else _row(there[1], value[0])
+            case "/":
+                inverse = forms.inverse(value[1])
+                return _row(inverse, forms.negative(forms.times(centre.coefficients[at][0], inverse)))
+            case "sin" if is_zero(there[0]):
+                (low,), (high,) = ends(as_form(value[0]))
+                most = max(abs(low), abs(high))
+                if 0.0 < most < 3.0:  # sin(x) / x falls up to pi
+                    return np.array([[[math.sin(most) / most * (1.0 - 1e-12), 0.0]], [[1.0, 0.0]]])
+            case "sqrt":
+                return _row(forms.inverse(forms.plus(as_form(series.coefficients[at][0]), centre.coefficients[at][0])))
+            case "min" | "max":
+                return _sides(node.kind, value, there)
+            case "output":
+                call = self.nodes.nodes[node.parts[0]]
+                arguments = [hulled(as_form(series.coefficients[p][0])) for p in call.parts]
+                points = [hulled(as_form(centre.coefficients[p][0])) for p in call.parts]
+                chords: Form | None = call.detail.chords(arguments, points, node.detail)
+                return chords
+        return None
 
     def _summed(
         self, locals_: dict[int, _Local], table: list[Any] | None = None, picked: dict[int, Form] | None = None
@@ -135,7 +205,7 @@ class Slopes:
             if at in self._columns:
                 total: Value = np.eye(1, len(self._columns), self._columns[at])[..., None] * [1.0, 0.0]
             elif at in locals_:
-                parts, slopes = locals_[at]
+                parts, slopes = locals_[at].parts, locals_[at].slopes
                 if len(slopes) > 1 and at not in (picked or {}):
                     low, high = ends(slopes)
                     slopes = forms.interval(low.min(0), high.max(0))[None]
@@ -201,6 +271,66 @@ class Slopes:
         if self.nodes.nodes[at].kind == "where":
             raise DomainError("a choice is open, whose value may jump")
         return np.concatenate([_row(*first), _row(*second)])
+
+
+def _sides(kind: str, value: Sequence[Value], there: Sequence[Value]) -> Form | None:
+    """Return the slopes of a maximum or minimum about a point at which one side is taken.
+
+    With d = a - b, and d0 > 0 at the point, max(a, b) - a = max(-d, 0) has chords of slope -s by d, s at most
+    -l / (d0 - l) at the lower end l of d; so has a - min(a, b) with d = b - a.
+    """
+    order = (0, 1) if kind == "max" else (1, 0)
+    apart = [ends(forms.minus(v[order[0]], v[order[1]])) for v in (value, there)]
+    (low, high), (low0, high0) = ((float(a[0]), float(b[0])) for a, b in apart)
+    if not all(map(math.isfinite, (low, high, low0, high0))):
+        return None
+    if low0 > 0.0:
+        share, first = max(-low, 0.0) / (low0 + max(-low, 0.0)), 0
+    elif high0 < 0.0:
+        share, first = max(high, 0.0) / (max(high, 0.0) - high0), 1
+    else:
+        return None
+    share = min(share * (1.0 + 1e-12), 1.0)
+    rows = np.zeros((2, 2, 2))
+    rows[0, first, 0] = 1.0
+    rows[1, first, 0], rows[1, 1 - first, 0] = 1.0 - share, share
+    rows[1, :, 1] = 1e-15
+    return rows if share else rows[:1]
+
+
+def _raised(grid: Form, weights: Sequence[object], most: int) -> Form:
+    """Return the coefficients of the products of weights: places with the same weights share an axis.
+
+    Args:
+        grid: Derivatives for each rule of each place, shape (rules of the first place, ..., values, names, 2).
+        weights: What the weights of each place depend on; None for corners that have none.
+        most: The most vertices that a higher degree may lead to.
+    """
+    places = len(weights)
+    for key in dict.fromkeys(w for w in weights if w is not None):
+        axes = [k for k, w in enumerate(weights) if w == key]
+        if len(axes) < 2:
+            continue
+        weights = [*(w for w in weights if w != key), key]
+        grid = np.moveaxis(grid, axes, range(places - len(axes), places))
+        shape, rules = grid.shape, grid.shape[places - 1]
+        table = grid.reshape(-1, *shape[places - len(axes) :])
+        others = len(table)
+        for degree in range(len(axes) + _RAISED, len(axes) - 1, -1):
+            chosen = list(combinations_with_replacement(range(rules), degree))
+            if degree == len(axes) or others * len(chosen) <= most:
+                break
+        orders = list(permutations(range(degree), len(axes)))
+        means = []
+        for rule in chosen:
+            picks: list[tuple[Any, ...]] = [(slice(None), *(rule[k] for k in order)) for order in orders]
+            parts = np.stack([table[pick] for pick in picks])
+            mean = parts.mean(0)
+            mean[..., 1] += 1e-15 * len(orders) * np.abs(parts[..., 0]).max(0)
+            means.append(mean)
+        grid = np.stack(means, 1).reshape(*shape[: places - len(axes)], len(chosen), *shape[places:])
+        places = len(weights)
+    return grid.reshape(-1, *grid.shape[-3:])
 
 
 def _row(*slopes: Value) -> Form:

@@ -27,9 +27,9 @@ import numpy as np
 
 from fuzzyctl.analysis.reach import forms
 from fuzzyctl.analysis.reach.flow import NoTubeError
-from fuzzyctl.analysis.reach.forms import Form, Value, as_form, ends, hulled, interval
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, hulled, interval
 from fuzzyctl.analysis.reach.reach import ReachableSets
-from fuzzyctl.analysis.reach.series import Series
+from fuzzyctl.analysis.reach.series import Series, is_zero
 from fuzzyctl.analysis.reach.slopes import Slopes
 
 #: Terms of the series of the derivatives of a step.
@@ -57,6 +57,7 @@ class Contraction(NamedTuple):
         vertices: Derivatives whose convex hull holds all over the ball, centres and radii, shape (vertices, states,
             states, 2): of the map of a period, or of a differential equation.
         continuous: Whether they are those of a differential equation.
+        to_rest: Whether they are chords from a point of rest, so that distances to it shrink, in place of derivatives.
     """
 
     rate: float
@@ -65,6 +66,7 @@ class Contraction(NamedTuple):
     basis: Form
     vertices: Form
     continuous: bool
+    to_rest: bool
 
 
 class LeavesRangeError(Exception):
@@ -86,80 +88,157 @@ def contraction(
         DomainError, NoTubeError, LeavesRangeError: If no bound of the derivatives is known there.
     """
     whole = np.stack(rows)[:, 0, :]
-    centre = whole[:, 0]
-    apart = np.concatenate([whole[:, 1:2] * np.eye(len(rows)), whole[:, 2:]], 1)
-    sizes = np.abs(apart).sum(1)
+    sizes = np.abs(whole[:, 1:]).sum(1)
     # Not the norm of a mode, which underflows for states that stay constant.
     basis = np.diag(np.where(sizes > 0.0, sizes, 1.0)) if motion is None else motion[1]
     largest = np.abs(basis).max(0)
     basis = basis / np.where(largest > 0.0, largest, 1.0)
     fixed = [hulled(as_form(f)) for f in free]
-    continuous = bool(sets.plant) and not sets.memory and not sets.held
+    loop = _Family(sets, fixed, bool(sets.plant) and not sets.memory and not sets.held)
+    outcome: Contraction | Form = np.zeros((0, len(whole), len(whole), 2))
+    refusal: DomainError | None = None
+    try:
+        outcome = _searched(loop, whole, whole[:, 0], basis, None)
+    except DomainError as error:  # chords may have a bound where derivatives have none
+        refusal = error
+    if not isinstance(outcome, Contraction):
+        rest = loop.rest(whole, outcome)
+        if rest is not None:
+            outcome = _searched(loop, whole, *rest)
+        elif refusal is not None:
+            raise refusal
+    return outcome if isinstance(outcome, Contraction) else None
+
+
+def _searched(loop: _Family, whole: Form, centre: Form, basis: Form, beside: float | None) -> Contraction | Form:
+    """Return a ball around a centre that holds a set and contracts, or the vertices over the last ball that was tried.
+
+    Args:
+        loop: The loop.
+        whole: The set, one row for each state.
+        centre: The centre.
+        basis: The coordinates to begin with.
+        beside: None for derivatives; else for chords from the point of rest, which is the centre for 0, or lies in a
+            ball around it of this part of the radius.
+    """
+    apart = np.concatenate([(whole[:, 0] - centre)[:, None], whole[:, 1:2] * np.eye(len(whole)), whole[:, 2:]], 1)
+    vertices: Form = np.zeros((0, len(whole), len(whole), 2))
     for _ in range(_NORMS):
-        if not np.all(np.isfinite(basis)):
-            return None
-        exact = _inverted([[Fraction(x) for x in row] for row in basis.tolist()])
+        exact = _inverted([[Fraction(x) for x in row] for row in basis.tolist()]) if np.isfinite(basis).all() else None
         if exact is None:
-            return None
+            return vertices
         inverse = np.array([[float(x) for x in row] for row in exact])
         sides = np.abs(inverse @ apart).sum(1) + 1e-14 * (np.abs(inverse) @ np.abs(apart)).sum(1)
-        radius = float(np.sqrt((sides**2).sum())) * (1.0 + 1e-9)
-        ball = _Ball(sets, centre, basis, inverse, fixed, continuous)
-        outcome = ball.contracted(radius)
+        radius = float(np.sqrt((sides**2).sum())) * (1.0 + 1e-9) + 1e-300
+        outcome = _contracted(loop, centre, basis, inverse, radius, beside)
         if isinstance(outcome, Contraction):
             return outcome
-        proposed = common_basis(outcome[..., 0], basis, continuous)
+        vertices = outcome
+        proposed = common_basis(vertices[..., 0], basis, loop.continuous)
         if proposed is None:
-            return None
+            return vertices
         basis = proposed
-    return None
+    return vertices
 
 
-class _Ball(NamedTuple):
-    """Balls around a centre."""
+def _contracted(
+    loop: _Family, centre: Form, basis: Form, inverse: Form, radius: float, beside: float | None
+) -> Contraction | Form:
+    """Return a ball of at least a radius that contracts, or the vertices over one that does not.
+
+    Raises:
+        DomainError, NoTubeError, LeavesRangeError: If no bound of the derivatives is known there.
+    """
+    bound, limit = (growth_bound, 0.0) if loop.continuous else (norm_bound, 1.0)
+    lengths = np.sqrt((basis**2).sum(1)) * (1.0 + 1e-9)
+    drift = 0.0 if beside == 0.0 else loop.drift(centre, inverse)
+    for _ in range(_BALLS):
+        near = radius * (beside or 0.0)  # how far the point of rest may be from the centre
+        about = None if beside is None else loop.around(centre, lengths * near if near else None)
+        reach = lengths * (radius + 2.0 * near) + 1e-12 * (1.0 + np.abs(centre))
+        vertices = loop.vertices(loop.around(centre, reach), about)
+        if not proposed_bound(vertices, basis, inverse, loop.continuous) < limit:
+            return vertices
+        rate = max(bound(v, basis) for v in vertices)
+        if not rate < limit:
+            return vertices
+        needed = drift / (limit - rate) * (1.0 + 1e-9)
+        if needed <= (near if beside is not None else radius):
+            factor = math.exp(rate * loop.sets.equations.step) if loop.continuous else rate
+            return Contraction(factor, radius, centre, basis, vertices, loop.continuous, beside is not None)
+        if beside is not None:
+            return vertices
+        radius = 1.05 * needed
+    return vertices
+
+
+class _Family(NamedTuple):
+    """A loop whose free params lie in some intervals.
+
+    Args:
+        sets: The loop.
+        free: The intervals.
+        continuous: Whether it is one differential equation.
+    """
 
     sets: ReachableSets
-    centre: Form
-    basis: Form
-    inverse: Form
     free: Sequence[Form]
     continuous: bool
 
-    def contracted(self, radius: float) -> Contraction | Form:
-        """Return a ball of at least a radius that contracts, or the vertices of the derivatives over one that does not.
+    def around(self, centre: Form, reach: Form | None) -> list[Value]:
+        """Return intervals around a centre, or the numbers themselves."""
+        if reach is None:
+            return [float(c) for c in centre]
+        return [interval(np.array([c - w]), np.array([c + w])) for c, w in zip(centre, reach, strict=True)]
 
-        Raises:
-            DomainError, NoTubeError, LeavesRangeError: If no bound of the derivatives is known there.
-        """
-        bound = growth_bound if self.continuous else norm_bound
-        for _ in range(_BALLS):
-            reach = np.sqrt((self.basis**2).sum(1)) * radius * (1.0 + 1e-9) + 1e-12 * (1.0 + np.abs(self.centre))
-            box = [interval(np.array([c - w]), np.array([c + w])) for c, w in zip(self.centre, reach, strict=True)]
-            vertices = (flow_slopes if self.continuous else period_slopes)(self.sets, box, self.free)
-            if not proposed_bound(vertices, self.basis, self.inverse, self.continuous) < 1.0 - self.continuous:
-                return vertices
-            rate = max(bound(v, self.basis) for v in vertices)
-            if not rate < 1.0 - self.continuous:
-                return vertices
-            needed = self._drift() / (1.0 - self.continuous - rate) * (1.0 + 1e-9)
-            if needed <= radius:
-                factor = math.exp(rate * self.sets.equations.step) if self.continuous else rate
-                return Contraction(factor, radius, self.centre, self.basis, vertices, self.continuous)
-            radius = 1.05 * needed
-        return vertices
+    def vertices(self, box: Sequence[Value], about: Sequence[Value] | None) -> Form:
+        """Return the vertices over a box, see `flow_slopes` and `period_slopes`."""
+        return (flow_slopes if self.continuous else period_slopes)(self.sets, box, self.free, about)
 
-    def _drift(self) -> float:
-        """Return how far the centre moves in a period, or how fast, in the coordinates."""
-        rows = [np.array([[c, 0.0]]) for c in self.centre]
+    def moved(self, centre: Form) -> tuple[Form, Form]:
+        """Return how far a point moves in a period at least and at most, or its rates."""
+        rows: list[Value] = [np.array([[c, 0.0]]) for c in centre]
         if self.continuous:
             rates = Series(self.sets.flow.nodes, [0.0, *rows, *self.free]).extend()
             low, high = (np.array([float(e[0]) for e in x]) for x in zip(*map(ends, rates), strict=True))
-        else:
-            moved = _image(self.sets, rows, self.free)
-            low, high = (np.array([float(e[0]) for e in x]) for x in zip(*map(ends, moved), strict=True))
-            low, high = low - self.centre, high - self.centre
-        shift = np.maximum(np.abs(low), np.abs(high)) + 1e-15 * np.abs(self.centre) * (not self.continuous)
-        return float(np.linalg.norm(np.abs(self.inverse) @ shift)) * (1.0 + 1e-9)
+            return low, high
+        image = _image(self.sets, [as_form(r) for r in rows], self.free)
+        low, high = (np.array([float(e[0]) for e in x]) for x in zip(*map(ends, image), strict=True))
+        rounding = 1e-15 * np.abs(centre)
+        return low - centre - rounding, high - centre + rounding
+
+    def drift(self, centre: Form, inverse: Form) -> float:
+        """Return how far a point moves at most, in the coordinates."""
+        low, high = self.moved(centre)
+        return float(np.linalg.norm(np.abs(inverse) @ np.maximum(np.abs(low), np.abs(high)))) * (1.0 + 1e-9)
+
+    def rest(self, whole: Form, vertices: Form) -> tuple[Form, Form, float] | None:
+        """Return a centre near a point of rest, coordinates, and how near, see `_searched`; None if none is known.
+
+        0 is one if the equations say so in exact numbers; else steps of Newton propose one.
+        """
+        basis = np.diag(np.maximum(np.abs(whole).sum(1), 1e-9))
+        size, sets = len(whole), self.sets
+        zeros: list[Value] = [0.0] * size
+        if bool(np.all(np.abs(whole[:, 0]) <= np.abs(whole[:, 1:]).sum(1) * (1.0 + 1e-9))):
+            held = 0 if self.continuous else len(sets.held)
+            still = Series(sets.flow.nodes, [0.0, *zeros[: len(sets.plant)], *[0.0] * held, *self.free,
+                                             *zeros[len(sets.plant) :]], exact=True).extend()  # fmt: skip
+            if not self.continuous:
+                flags = [1.0] * len(sets.equations.rates)
+                still += Series(sets.sample, [0.0, *zeros, *self.free, *flags], exact=True).extend()
+            if all(is_zero(v) for v in still):
+                return np.zeros(size), basis, 0.0
+        if not len(vertices):
+            return None
+        centre, slopes = whole[:, 0], vertices[..., 0].mean(0) - (0.0 if self.continuous else np.eye(size))
+        for _ in range(3):
+            low, high = self.moved(centre)
+            try:
+                centre = centre - np.linalg.solve(slopes, 0.5 * (low + high))
+            except np.linalg.LinAlgError:
+                return None
+        return (centre, basis, 1e-6) if np.all(np.isfinite(centre)) else None
 
 
 def _image(sets: ReachableSets, rows: Sequence[Form], free: Sequence[Value]) -> list[Form]:
@@ -175,27 +254,39 @@ def _image(sets: ReachableSets, rows: Sequence[Form], free: Sequence[Value]) -> 
     return results[-1]
 
 
-def flow_slopes(sets: ReachableSets, rows: Sequence[Form], free: Sequence[Value]) -> Form:
-    """Return the vertices of the derivatives of a loop without controllers, shape (vertices, states, states, 2)."""
+def flow_slopes(
+    sets: ReachableSets, rows: Sequence[Value], free: Sequence[Value], about: Sequence[Value] | None = None
+) -> Form:
+    """Return the vertices of the derivatives of a loop without controllers, see `period_slopes`."""
     _require_ranges(sets, rows)
-    return Slopes(sets.flow.nodes, sets.plant).vertices([0.0, *rows, *free])
+    beside = None if about is None else [0.0, *about, *free]
+    return Slopes(sets.flow.nodes, sets.plant).vertices([0.0, *rows, *free], beside)
 
 
-def period_slopes(sets: ReachableSets, rows: Sequence[Form], free: Sequence[Value]) -> Form:
+def period_slopes(
+    sets: ReachableSets, rows: Sequence[Value], free: Sequence[Value], about: Sequence[Value] | None = None
+) -> Form:
     """Return the vertices of the derivatives of the states after a period by those at its begin.
 
     Between samples the derivatives X of a plant's states by something obey X' = A X + B with A and B those of the
     equations along the solution: X is enclosed by the series of Peano and Baker, whose integrals lie in the products of
     the intervals that hold A and B. The vertices are those of the controllers.
 
+    Args:
+        sets: The loop.
+        rows: A box of states.
+        free: Values of its free params.
+        about: A point of the box for chords from there in place of derivatives.
+
     Returns:
         Shape (vertices, states, states, 2).
     """
     count, size = len(sets.plant), len(rows)
-    plant, memory = list(rows[:count]), list(rows[count:])
+    plant, memory = [as_form(r) for r in rows[:count]], list(rows[count:])
     flags = [1.0] * len(sets.equations.rates)
     inputs: list[Value] = [0.0, *plant, *memory, *free, *flags]
-    control = Slopes(sets.sample, [*sets.plant, *sets.memory]).vertices(inputs)
+    beside = None if about is None else [0.0, *about, *free, *flags]
+    control = Slopes(sets.sample, [*sets.plant, *sets.memory]).vertices(inputs, beside)
     if not count:
         return control[:, len(sets.held) :]
     results = Series(sets.sample, inputs).extend()
@@ -224,7 +315,7 @@ def period_slopes(sets: ReachableSets, rows: Sequence[Form], free: Sequence[Valu
     return total
 
 
-def _require_ranges(sets: ReachableSets, rows: Sequence[Form]) -> None:
+def _require_ranges(sets: ReachableSets, rows: Sequence[Value]) -> None:
     for state, row in zip(sets.equations.plant_states, rows, strict=False):
         low, high = (float(e[0]) for e in ends(row))
         if not (state.holds(low) and state.holds(high)):

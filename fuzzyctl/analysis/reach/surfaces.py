@@ -12,9 +12,11 @@ import numpy as np
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.reach import forms
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, radius
+from fuzzyctl.analysis.reach.series import Nodes, Series
 from fuzzyctl.kernels.algorithms.grid import Grid, Table, grid_of
 from fuzzyctl.kernels.interval.vector import boxes
 from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.plan.sets import SetPlan
 from fuzzyctl.model.system import FuzzySystem
 
 
@@ -118,6 +120,129 @@ class SystemSurface:
             raise DomainError(f"the slopes of system '{self.system.name}' have no bound there")
         below, above = (np.broadcast_to(s, low.shape)[:, 0] for s in slopes)
         return corners(forms.interval(below, above))
+
+    def exactly(self, inputs: Sequence[Value]) -> list[Value]:
+        """Return the outputs in exact arithmetic where they are known: at 0, and at knots; else forms."""
+        results = self(inputs)
+        if not all(isinstance(a, float) for a in inputs):
+            return results
+        for k in range(len(results)):
+            if not any(inputs) and self.rules([as_form(a) for a in inputs], k) is not None:
+                results[k] = 0.0
+            elif self.grid is not None and not self.grid.outputs[k].weight:
+                sides = [inputs[i] for i in self.grid.inputs]
+                if all(x in knots for x, knots in zip(sides, self.grid.knots, strict=True)):
+                    shape = [len(knots) for knots in self.grid.knots]
+                    at = tuple(knots.index(x) for x, knots in zip(sides, self.grid.knots, strict=True))
+                    results[k] = float(np.array(self.grid.outputs[k].value).reshape(shape)[at])
+        return results
+
+    def rules(self, inputs: Sequence[Form], output: int) -> Form | None:
+        """Return coefficients of each rule such that the output is an average of these times the inputs over one box.
+
+        Returns:
+            Shape (rules, inputs, 2), or None if the output is no average of functions that are 0 at 0.
+        """
+        plan, result = self.plan, self.plan.outputs[output]
+        plain = not (plan.has_formulas or plan.states or plan.held or plan.chains or result.reads or result.clamped)
+        over_rules = result.averages and not (result.sums or result.inverts or result.takes_degrees)
+        over_rules &= (result.merge, result.total) == ("rules", "activations")
+        if not (plain and over_rules and result.implied and all(e.change is None for e in result.implied)):
+            return None
+        for side, a in zip(plan.inputs, inputs, strict=True):
+            (low,), (high,) = ends(a)
+            if not side.extrapolate and not side.lower <= low <= high <= side.upper:
+                return None
+        low, high = (np.array(e) for e in zip(*map(ends, inputs), strict=True))
+        _, gaps = self._boxed.evaluate(boxes(low, high), [output], gaps=True)
+        rows = [self._coefficients(result.terms[e.term], inputs) for e in result.implied]
+        if bool(np.any(gaps)) or any(row is None for row in rows):
+            return None
+        return np.stack([row for row in rows if row is not None])
+
+    def _coefficients(self, term: SetPlan, inputs: Sequence[Form]) -> Form | None:
+        """Return coefficients of a consequent by the inputs, None if it is not 0 at 0."""
+        from fuzzyctl.analysis.reach.slopes import Slopes
+
+        if term.expression is None:
+            return np.zeros((len(inputs), 2)) if term.peak == 0.0 else None
+        names = [i.name for i in self.plan.inputs]
+        nodes = Nodes(names, [], [term.expression])
+        at_zero = Series(nodes, [0.0] * len(names), exact=True).extend()[0]
+        if not (isinstance(at_zero, float) and at_zero == 0.0):
+            return None
+        whole = [forms.interval(np.minimum(low, 0.0), np.maximum(high, 0.0)) for low, high in map(ends, inputs)]
+        return np.asarray(Slopes(nodes, names).over(whole)[0])
+
+    def weights(self, arguments: Sequence[int], output: int) -> object:
+        """Return what the weights of the rules depend on, given the positions of the values that are its inputs.
+
+        Two outputs for which it is the same have the same weights.
+        """
+        plan, result = self.plan, self.plan.outputs[output]
+        degrees = [(arguments[d.variable], d.set, plan.inputs[d.variable]) for d in plan.degrees]
+        premises = [(at, term, i.lower, i.upper, i.extrapolate) for at, term, i in degrees]
+        rules = [(plan.rules[e.rule], e.factor) for e in result.implied]
+        means = (result.kind, result.implication, result.aggregation, result.equal, result.fallback, plan.least)
+        return repr((premises, plan.steps, plan.strengths, rules, plan.activations, means))
+
+    def chords(self, inputs: Sequence[Form], about: Sequence[Form], output: int) -> Form | None:
+        """Return slopes S whose convex hull has f(x) - f(c) = S (x - c) for all x of one box, c near a point.
+
+        Of several inputs one after the other goes from x to c: the slope along each is that of a chord, for the inputs
+        before it at c and those behind it anywhere in the box. In each of these the surface is linear between knots,
+        and so are the slopes of chords from one point; along the chord itself they are monotone between knots.
+
+        Returns:
+            Shape (corners, inputs, 2), None for a system that is no table.
+        """
+        if self.grid is None or any(t.weight for t in self.grid.outputs):
+            return None
+        table = self.grid.outputs[output]
+        knots = [np.array(k) for k in self.grid.knots]
+        values = np.array(table.value).reshape([len(k) for k in knots])
+        ranges = [tuple(float(e[0]) for e in ends(inputs[i])) for i in self.grid.inputs]
+        points = [tuple(float(e[0]) for e in ends(about[i])) for i in self.grid.inputs]
+        axes = [np.array([low, *k[(k > low) & (k < high)], high]) for k, (low, high) in zip(knots, ranges, strict=True)]
+        box = np.zeros((len(inputs), 2))
+        steep = [float(np.abs(ends(g)).max()) for g in self.slopes_of(table, inputs)]
+        errors = [most * (last - first) for most, (first, last) in zip(steep, points, strict=True)]
+        off = 1e-14 * np.abs(values).max() + sum(errors)
+        for axis, i in enumerate(self.grid.inputs):
+            first, last = points[axis]
+            middle = 0.5 * (first + last)
+            near = max(1e-8 * (knots[axis][-1] - knots[axis][0]), 1e3 * (last - first))
+            # Beside the point: the slopes of the cells there.
+            sides = [about[j] if order < axis else inputs[j] for order, j in enumerate(self.grid.inputs)]
+            sides[axis] = forms.interval(np.array([middle - near]), np.array([middle + near]))
+            low, high = ends(self.slopes_of(table, self._arguments(sides))[axis])
+            steepest = [float(low), float(high)]
+            beside = np.abs(axes[axis] - middle) > near
+            if beside.any():
+                at = [np.array([0.5 * sum(p)]) for p in points[:axis]]
+                grids = [*at, np.append(axes[axis][beside], middle), *axes[axis + 1 :]]
+                mesh = np.stack([m.reshape(-1) for m in np.meshgrid(*grids, indexing="ij")], -1)
+                heights = np.moveaxis(_interpolated(values, knots, mesh).reshape([len(g) for g in grids]), axis, -1)
+                apart = axes[axis][beside] - middle
+                slopes = (heights[..., :-1] - heights[..., -1:]) / apart
+                error = (2.0 * off + np.abs(slopes).max() * (last - first)) / np.abs(apart).min() * 1.01
+                steepest += [float(slopes.min()) - error, float(slopes.max()) + error]
+            box[i] = forms.interval(np.array(min(steepest)), np.array(max(steepest)))
+        return corners(box)
+
+    def _arguments(self, sides: Sequence[Form]) -> list[Form]:
+        """Return the inputs of the system from those of the grid."""
+        assert self.grid is not None
+        arguments: list[Form] = [np.zeros((1, 2)) for _ in self.system.inputs]
+        for i, side in zip(self.grid.inputs, sides, strict=True):
+            arguments[i] = side
+        return arguments
+
+    def slopes_of(self, table: Table, inputs: Sequence[Form]) -> list[Form]:
+        """Return the slopes of a table by each input of the grid."""
+        assert self.grid is not None
+        low, high = ends(self._gradients_of_table(table, inputs))
+        return [forms.interval(low[:, i].min(), high[:, i].max()) for i in self.grid.inputs]
 
     def _gradients_of_table(self, table: Table, inputs: Sequence[Form]) -> Form:
         """Return the gradients of a multilinear function at the corners of the parts of cells in one box.
