@@ -411,7 +411,7 @@ class LoopProver:
         boxes = max(len(a) for a in (*plant, *memory))
         begin = with_symbols([np.broadcast_to(a, (boxes, a.shape[-1])) for a in (*plant, *memory)])
         if look(0, begin) is None:
-            return self._converges(sets, balls[0], 0.0)
+            return self._converges(sets, free, balls[0], 0.0)
         try:
             for step in sets.run(plant, memory, free, len(self.dimensions), look):
                 time = step.time
@@ -422,15 +422,15 @@ class LoopProver:
         except (NoTubeError, DomainError) as error:
             reasons[:] = [str(error) or "no enclosure of the solutions is proved"]
         if balls:
-            return self._converges(sets, balls[0], time + sets.equations.step)
+            return self._converges(sets, free, balls[0], time + sets.equations.step)
         why = f": {reasons[0]}" if reasons and reasons[0] else ""
         return Undecided(text, f"no set of t <= {time:.6g} s is proved to contract{why}")
 
-
-    def _converges(self, sets: ReachableSets, ball: stability.Contraction, time: float) -> Proved:
+    def _converges(self, sets: ReachableSets, free: Sequence[Form], ball: stability.Contraction, time: float) -> Proved:
         what = "distances to the point of rest shrink" if ball.to_rest else "distances shrink"
         note = f"from t = {time:.6g} s on {what} by {ball.rate:.6g} each {sets.equations.step:g} s"
-        return Proved("stable", note=note)
+        facts = stability.sectors(sets, free, ball) if ball.to_rest else []
+        return Proved("stable", note="; ".join([note, *facts]), data=ball)
 
 
 def _changes(sets: ReachableSets) -> str:

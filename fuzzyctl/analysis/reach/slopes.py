@@ -118,6 +118,26 @@ class Slopes:
         weights = [locals_[at].weights for at in chosen]
         return _raised(results.reshape(*shape, *results.shape[1:]), weights, most)
 
+    def sectors(self, values: Sequence[Value], about: Sequence[Value]) -> list[str]:
+        """Return the sectors of tables of one input over a box, about a point, with the points that attain them."""
+        series, centre = (Series(self.nodes, list(v), exact=exact) for v, exact in ((values, False), (about, True)))
+        series.extend(), centre.extend()
+        texts = []
+        for node in self.nodes.nodes:
+            if node.kind == "output":
+                call = self.nodes.nodes[node.parts[0]]
+                system = call.detail.system
+                sides = [hulled(as_form(s.coefficients[p][0])) for s in (series, centre) for p in call.parts]
+                at = call.detail.grid.inputs[0] if call.detail.grid is not None else 0
+                if sector := call.detail.sector(sides[at], sides[at + len(call.parts)], node.detail):
+                    least, first, most, last = sector
+                    name = system.inputs[at].name
+                    texts.append(
+                        f"the sector of '{system.name}' is [{least:.6g}, {most:.6g}], "
+                        f"attained at {name} = {first:.6g} and {name} = {last:.6g}"
+                    )
+        return texts
+
     def _locals(self, values: Sequence[Value], about: Sequence[Value] | None = None) -> dict[int, _Local]:
         """Return how nodes depend on those before them that depend on the inputs."""
         series = Series(self.nodes, [v if isinstance(v, float) else hulled(v) for v in values])

@@ -19,7 +19,7 @@ Source:
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Final, NamedTuple
 
@@ -90,7 +90,7 @@ def contraction(
     whole = np.stack(rows)[:, 0, :]
     sizes = np.abs(whole[:, 1:]).sum(1)
     # Not the norm of a mode, which underflows for states that stay constant.
-    basis = np.diag(np.where(sizes > 0.0, sizes, 1.0)) if motion is None else motion[1]
+    basis = np.diag(np.where(sizes > 0.0, sizes, sizes.max() or 1.0)) if motion is None else motion[1]
     largest = np.abs(basis).max(0)
     basis = basis / np.where(largest > 0.0, largest, 1.0)
     fixed = [hulled(as_form(f)) for f in free]
@@ -108,6 +108,18 @@ def contraction(
         elif refusal is not None:
             raise refusal
     return outcome if isinstance(outcome, Contraction) else None
+
+
+def sectors(sets: ReachableSets, free: Sequence[Value], ball: Contraction) -> list[str]:
+    """Return the sectors of tables of one input over a ball, in words, see `Slopes.sectors`."""
+    reach = np.sqrt((ball.basis**2).sum(1)) * ball.radius
+    loop = _Family(sets, [hulled(as_form(f)) for f in free], ball.continuous)
+    rows, about = loop.around(ball.centre, reach), loop.around(ball.centre, None)
+    if ball.continuous:
+        return Slopes(sets.flow.nodes, sets.plant).sectors(*([0.0, *v, *loop.free] for v in (rows, about)))
+    flags = [1.0] * len(sets.equations.rates)
+    states = [*sets.plant, *sets.memory]
+    return Slopes(sets.sample, states).sectors(*([0.0, *v, *loop.free, *flags] for v in (rows, about)))
 
 
 def _searched(loop: _Family, whole: Form, centre: Form, basis: Form, beside: float | None) -> Contraction | Form:
@@ -217,7 +229,8 @@ class _Family(NamedTuple):
 
         0 is one if the equations say so in exact numbers; else steps of Newton propose one.
         """
-        basis = np.diag(np.maximum(np.abs(whole).sum(1), 1e-9))
+        sizes = np.abs(whole).sum(1)
+        basis = np.diag(np.where(sizes > 0.0, sizes, sizes.max() or 1.0))
         size, sets = len(whole), self.sets
         zeros: list[Value] = [0.0] * size
         if bool(np.all(np.abs(whole[:, 0]) <= np.abs(whole[:, 1:]).sum(1) * (1.0 + 1e-9))):
@@ -417,35 +430,42 @@ def common_basis(centres: Form, basis: Form, continuous: bool) -> Form | None:
 
     y[-1] = float(np.linalg.eigvalsh(sides(y)[:-2])[:, 0].min()) - 1.0
     weight = _FIRST
-    for _ in range(_WEIGHTS):
-        for _ in range(_NEWTON):
-            factors = np.linalg.inv(np.linalg.cholesky(sides(y)))[:, None]
-            steep = factors @ linear @ np.swapaxes(factors, 2, 3)
-            flat = steep.swapaxes(0, 1).reshape(len(y), -1)
-            gradient = -np.trace(steep, axis1=2, axis2=3).sum(0)
-            gradient[-1] -= weight
-            hessian = flat @ flat.T
-            try:
-                step = -np.linalg.solve(hessian, gradient)
-            except np.linalg.LinAlgError:
-                return None
-            decrement = float(-gradient @ step)
-            if not decrement > 1e-4:
-                break
-            length = 1.0 / (1.0 + math.sqrt(decrement)) if decrement > 0.1 else 1.0
-            while length > 1e-9 and float(np.linalg.eigvalsh(sides(y + length * step))[:, 0].min()) <= 0.0:
-                length *= 0.5
-            y = y + length * step
-        weight *= _FACTOR
-    if not y[-1] > 0.0:
-        return None
-    p = np.einsum("k,kij->ij", y[:-1], units)
     try:
-        root = np.linalg.cholesky(p)
-    except np.linalg.LinAlgError:
+        for _ in range(_WEIGHTS):
+            y = _centred(sides, linear, y, weight)
+            weight *= _FACTOR
+        root = np.linalg.cholesky(np.einsum("k,kij->ij", y[:-1], units))
+    except np.linalg.LinAlgError:  # its numbers have no digits left
+        return None
+    if not y[-1] > 0.0:
         return None
     wanted = basis @ np.linalg.inv(root).T
     return np.asarray(wanted / np.abs(wanted).max())
+
+
+def _centred(sides: Callable[[Form], Form], linear: Form, y: Form, weight: float) -> Form:
+    """Return where -weight t - log det of the sides of matrix inequalities is least, by Newton; t is last in y.
+
+    Raises:
+        LinAlgError: If a step has no digits.
+    """
+    for _ in range(_NEWTON):
+        factors = np.linalg.inv(np.linalg.cholesky(sides(y)))[:, None]
+        steep = factors @ linear @ np.swapaxes(factors, 2, 3)
+        flat = steep.swapaxes(0, 1).reshape(len(y), -1)
+        gradient = -np.trace(steep, axis1=2, axis2=3).sum(0)
+        gradient[-1] -= weight
+        step = -np.linalg.solve(flat @ flat.T, gradient)
+        decrement = float(-gradient @ step)
+        if not decrement > 1e-4:
+            break
+        length = 1.0 / (1.0 + math.sqrt(decrement)) if decrement > 0.1 else 1.0
+        while length > 1e-9 and float(np.linalg.eigvalsh(sides(y + length * step))[:, 0].min()) <= 1e-14:
+            length *= 0.5
+        if length <= 1e-9:
+            break
+        y = y + length * step
+    return y
 
 
 def norm_bound(slopes: Form, basis: Form) -> float:

@@ -105,6 +105,7 @@ class SystemSurface:
             results.append(forms.interval(low.min(0), high.max(0)))
         return results
 
+    @np.errstate(all="ignore")
     def gradients(self, inputs: Sequence[Form], output: int) -> Form:
         """Return gradients of an output whose convex hull holds all over one box, shape (gradients, inputs, 2).
 
@@ -137,6 +138,7 @@ class SystemSurface:
                     results[k] = float(np.array(self.grid.outputs[k].value).reshape(shape)[at])
         return results
 
+    @np.errstate(all="ignore")
     def rules(self, inputs: Sequence[Form], output: int) -> Form | None:
         """Return coefficients of each rule such that the output is an average of these times the inputs over one box.
 
@@ -230,6 +232,22 @@ class SystemSurface:
             box[i] = forms.interval(np.array(min(steepest)), np.array(max(steepest)))
         return corners(box)
 
+    def sector(self, side: Form, about: Form, output: int) -> tuple[float, float, float, float] | None:
+        """Return the least slope of a chord from a point of a table of one input, where it ends, and the largest.
+
+        Beside the point the slope is that of the cell: then the chord ends at the next knot, or the end of the range.
+        """
+        if self.grid is None or len(self.grid.inputs) > 1 or self.grid.outputs[output].weight:
+            return None
+        knots, values = np.array(self.grid.knots[0]), np.array(self.grid.outputs[output].value)
+        (low,), (high,) = ends(side)
+        centre = float(about[0, 0])
+        points = np.array([low, *knots[(knots > low) & (knots < high)], high])
+        points = points[np.abs(points - centre) > 1e-8 * (knots[-1] - knots[0])]
+        slopes = (np.interp(points, knots, values) - np.interp(centre, knots, values)) / (points - centre)
+        least, most = int(slopes.argmin()), int(slopes.argmax())
+        return float(slopes[least]), float(points[least]), float(slopes[most]), float(points[most])
+
     def _arguments(self, sides: Sequence[Form]) -> list[Form]:
         """Return the inputs of the system from those of the grid."""
         assert self.grid is not None
@@ -285,8 +303,10 @@ class SystemSurface:
         if bool(np.any(gaps)):
             raise DomainError(f"system '{self.system.name}' may have no value")
         results: list[Value] = []
-        for enclosure, at in zip(whole, there, strict=True):
+        for output, (enclosure, at) in enumerate(zip(whole, there, strict=True)):
             hull = forms.interval(*np.broadcast_arrays(enclosure.lo, enclosure.hi, low[0])[:2])
+            if low.shape[1] == 1 and (rules := self.rules(arguments, output)) is not None:
+                hull = forms.narrower(_between_rules(rules, arguments), hull)
             slopes = enclosure.slopes
             if slopes is None or not all(np.all(np.isfinite(s)) for s in slopes):
                 results.append(hull)
@@ -303,6 +323,21 @@ class SystemSurface:
         if any(not np.all(np.isfinite(as_form(r))) for r in results):
             raise DomainError(f"system '{self.system.name}' has no finite bound")
         return results
+
+
+def _between_rules(rules: Form, sides: Sequence[Form]) -> Form:
+    """Return a form of any average of coefficients times the inputs."""
+    totals: list[Form] = []
+    for rule in rules:
+        total: Value = 0.0
+        for slope, side in zip(rule, sides, strict=True):
+            total = forms.plus(total, forms.times(slope[None], side))
+        totals.append(as_form(total))
+    mean = as_form(forms.scaled(sum(totals[1:], totals[0]), 1.0 / len(totals)))
+    most = np.max([np.abs(np.stack(ends(forms.minus(t, mean)))).max(0) for t in totals], 0)
+    out = mean.copy()
+    out[..., 1] = most
+    return forms.padded(out, most)
 
 
 def _planes(sides: Sequence[Form], slopes: Form, middle: Form, error: Form) -> Form:
