@@ -7,7 +7,7 @@ premises, as the model and the law of Takagi and Sugeno, the weights are the sam
 products of weights are averages of combinations, and so are those of a higher degree (Polya).
 
 About a point, differences f(x) - f(c) = S (x - c) take the place of derivatives: S is the slope of a chord, so that a
-saturation has a sector about c, and a rule with a linear consequent its own coefficients, whatever its weight.
+saturation has a sector about c, and a rule with a linear consequent has its coefficients, whatever its weight.
 
 Source:
     Griewank, Walther: Evaluating Derivatives, 2nd ed. 2008 (forward mode); of a function with kinks the hull of the
@@ -26,15 +26,14 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from fuzzyctl.analysis.reach import forms
-from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, hulled
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, corners, ends, hulled
 from fuzzyctl.analysis.reach.series import STEPS, Nodes, Series, is_zero
-from fuzzyctl.analysis.reach.surfaces import corners
 
 #: Most combinations of corners.
 MOST: Final = 256
 #: Local slopes whose radius is a smaller part of their size are not varied.
 _NARROW: Final = 1e-7
-#: Degree that products of the same weights are raised to, beyond their own.
+#: Degree that products of the same weights are raised to, more than the products have.
 _RAISED: Final = 3
 
 
@@ -44,7 +43,7 @@ class _Local(NamedTuple):
     Args:
         parts: Positions of the nodes that it is computed from.
         slopes: Corners of the slopes by them, shape (corners, parts, 2).
-        weights: Of a corner for each rule what the weights of the rules depend on, else None.
+        weights: A key of the weights of the rules, if each rule has one corner; else None.
     """
 
     parts: Sequence[int]
@@ -167,7 +166,7 @@ class Slopes:
         return results
 
     def _rules(self, series: Series, centre: Series | None, at: int) -> tuple[Form, object]:
-        """Return the coefficients of the rules of a system about 0, and what their weights depend on; or no rows."""
+        """Return the coefficients of the rules of a system about 0, and a key of their weights; or no rows."""
         node, nothing = self.nodes.nodes[at], np.zeros((0, 0, 2))
         if centre is None or node.kind != "output":
             return nothing, None
@@ -323,7 +322,7 @@ def _raised(grid: Form, weights: Sequence[object], most: int) -> Form:
 
     Args:
         grid: Derivatives for each rule of each place, shape (rules of the first place, ..., values, names, 2).
-        weights: What the weights of each place depend on; None for corners that have none.
+        weights: A key of the weights of each place; None for corners without weights.
         most: The most vertices that a higher degree may lead to.
     """
     places = len(weights)

@@ -234,8 +234,8 @@ class _Family(NamedTuple):
         size, sets = len(whole), self.sets
         zeros: list[Value] = [0.0] * size
         if bool(np.all(np.abs(whole[:, 0]) <= np.abs(whole[:, 1:]).sum(1) * (1.0 + 1e-9))):
-            held = 0 if self.continuous else len(sets.held)
-            still = Series(sets.flow.nodes, [0.0, *zeros[: len(sets.plant)], *[0.0] * held, *self.free,
+            count = 0 if self.continuous else len(sets.held)
+            still = Series(sets.flow.nodes, [0.0, *zeros[: len(sets.plant)], *[0.0] * count, *self.free,
                                              *zeros[len(sets.plant) :]], exact=True).extend()  # fmt: skip
             if not self.continuous:
                 flags = [1.0] * len(sets.equations.rates)

@@ -11,8 +11,9 @@ import numpy as np
 
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.reach import forms
-from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, radius
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, corners, ends, radius
 from fuzzyctl.analysis.reach.series import Nodes, Series
+from fuzzyctl.analysis.reach.slopes import Slopes
 from fuzzyctl.kernels.algorithms.grid import Grid, Table, grid_of
 from fuzzyctl.kernels.interval.vector import boxes
 from fuzzyctl.kernels.plan.build import plan
@@ -164,8 +165,6 @@ class SystemSurface:
 
     def _coefficients(self, term: SetPlan, inputs: Sequence[Form]) -> Form | None:
         """Return coefficients of a consequent by the inputs, None if it is not 0 at 0."""
-        from fuzzyctl.analysis.reach.slopes import Slopes
-
         if term.expression is None:
             return np.zeros((len(inputs), 2)) if term.peak == 0.0 else None
         names = [i.name for i in self.plan.inputs]
@@ -177,7 +176,7 @@ class SystemSurface:
         return np.asarray(Slopes(nodes, names).over(whole)[0])
 
     def weights(self, arguments: Sequence[int], output: int) -> object:
-        """Return what the weights of the rules depend on, given the positions of the values that are its inputs.
+        """Return a key of the weights of the rules, given the positions of the values that are its inputs.
 
         Two outputs for which it is the same have the same weights.
         """
@@ -192,7 +191,7 @@ class SystemSurface:
         """Return slopes S whose convex hull has f(x) - f(c) = S (x - c) for all x of one box, c near a point.
 
         Of several inputs one after the other goes from x to c: the slope along each is that of a chord, for the inputs
-        before it at c and those behind it anywhere in the box. In each of these the surface is linear between knots,
+        before it at c and those after it anywhere in the box. In each of these the surface is linear between knots,
         and so are the slopes of chords from one point; along the chord itself they are monotone between knots.
 
         Returns:
@@ -384,15 +383,6 @@ def _over_slabs(values: Form, knots: Sequence[Form], sides: Sequence[Form]) -> t
         ]
         points = np.stack([m.reshape(-1) for m in np.meshgrid(*axes, indexing="ij")], -1)
     return points, _interpolated(values, knots, points)
-
-
-def corners(box: Form) -> Form:
-    """Return the corners of a box, given by intervals of shape (sides, 2); shape (corners, sides, 2)."""
-    low, high = ends(box)
-    picks = np.stack(np.meshgrid(*[np.array([False, True])] * len(low), indexing="ij"), -1).reshape(-1, len(low))
-    # Not the middles beside the ends: a side without width has one.
-    points = np.unique(np.where(picks, high, low), axis=0)
-    return np.stack([points, np.zeros_like(points)], -1)
 
 
 def _hull(points: Form) -> Form:
