@@ -19,8 +19,8 @@ class Proved(Displayed):
         claim: The guarantee as a rule file writes it.
         span: Its place, if it came from a text.
         note: The numbers that the proof is about, where these are not the numbers that kernels return.
-        data: What the proof rests on, if that is kept: of `require stable` the ball, with its quadratic function and
-            the vertices of the derivatives.
+        data: Numbers of the proof, if they are kept: of `require stable` the ball, with its quadratic function and the
+            vertices of the derivatives.
     """
 
     claim: str

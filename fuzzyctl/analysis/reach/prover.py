@@ -22,6 +22,7 @@ from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.loop import TIME, Always, Loop, Stable
+from fuzzyctl.simulation.dead_times import kept_samples
 from fuzzyctl.simulation.equations import PlantState
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.judgement import KEPT, Requirement
@@ -105,10 +106,14 @@ class LoopProver:
         # Up to the sample at the end, or the next one.
         last = min(end + sample_times(self.loop)[0], number(self.loop.duration))
         loop = self.loop if math.isinf(end) else replace(self.loop, duration=Number(last))
-        equations = loop_equations(loop, conditions, params)
-        if loop.step is not None and not equations.given and all(c.period is not None for c in loop.controllers):
-            # Nothing happens at samples between those of the controllers.
-            equations = loop_equations(replace(loop, step=None), conditions, params) if loop.controllers else equations
+        equations = kept_samples(loop_equations(loop, conditions, params))
+        if isinstance(equations, str):
+            raise DomainError(equations)
+        periods = [c.period for c in loop.controllers]
+        if loop.step is not None and not equations.given and periods and None not in periods:
+            # Nothing happens at samples between those of the controllers, unless a dead time ends there.
+            coarse = kept_samples(loop_equations(replace(loop, step=None), conditions, params))
+            equations = equations if isinstance(coarse, str) else coarse
         columns = np.zeros((equations.samples, 0))
         if equations.given:
             from fuzzyctl.simulation.experiment import Experiment
@@ -143,9 +148,9 @@ class LoopProver:
         fixed = [name for name in params if not can_be_free(self.loop, name)]
         if fixed:
             return f"'{fixed[0]}' cannot vary in a proof: a constant such as the start of a state depends on it"
-        equations = loop_equations(self.loop, free=params)
-        if equations.delays:
-            return "the loop has dead time, which cannot be enclosed yet"
+        equations = kept_samples(loop_equations(self.loop, free=params))
+        if isinstance(equations, str):
+            return equations
         return next(
             (
                 f"system '{item.system.name}' keeps a state, which cannot be enclosed yet"
