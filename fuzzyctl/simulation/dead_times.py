@@ -119,7 +119,8 @@ def kept_samples(equations: LoopEquations) -> LoopEquations | str:
         ratio = d.time / equations.step
         count = round(ratio)
         if count < 1 or abs(ratio - count) > _SAME * count:
-            return f"a dead time of {d.time:g} s is no whole number of samples of {equations.step:g} s: a 'step' of the run that divides it helps"
+            what = f"a dead time of {d.time:g} s is no whole number of samples of {equations.step:g} s"
+            return f"{what}: a 'step' of the run that divides it helps"
         if needs(body, [d.signal], varying) and needs(body, between, {d.name}):
             return f"a signal that changes between samples acts {d.time:g} s later on a plant, which cannot be enclosed"
         names = [f"{d.name}#{k}" for k in range(count)]
