@@ -33,6 +33,10 @@ from fuzzyctl.simulation.sample_times import ALIGNED, sample_times
 #: Most boxes that a family is cut into, and boxes that are enclosed at once.
 MOST_BOXES: Final = 600
 _TOGETHER: Final = 8
+#: Most boxes for a claim about all times.
+_MOST_PARTS: Final = 32
+#: The part of the time in which parts of the ranges of params are tried at the start only.
+_QUICK: Final = 0.3
 #: Most open boxes that a verdict shows.
 _SHOWN: Final = 3
 #: Numbers of periods at which a set is replaced by a parallelotope that later sets may lie in.
@@ -339,9 +343,44 @@ class LoopProver:
         sets = self._sets([claim], math.inf)
         if reason := _changes(sets):
             return Undecided(text, reason)
+        return self._cut_up(lambda low, high, until: self._forever_in(claim, sets, low[None], high[None], until))
+
+    def _cut_up(
+        self, proved: Callable[[Form, Form, float], tuple[Proved | Undecided, int]], share: float = 1.0
+    ) -> Proved | Undecided:
+        """Return the verdict on a claim that holds if it does in all parts of the family.
+
+        Args:
+            proved: Returns the verdict for a box, given its ends and the processor time at which to stop; and the side
+                along which to cut the box, -1 to leave it.
+            share: The part of the time that it may take.
+        """
+        boxes, results = [self._family()], list[Proved]()
+        until = clock.used() + share * self.timeout
+        while boxes:
+            low, high = boxes.pop()
+            verdict, side = proved(low, high, until)
+            if isinstance(verdict, Proved):
+                results.append(verdict)
+            elif side >= 0 and len(boxes) + len(results) < _MOST_PARTS and clock.used() < until:
+                boxes += halves(low, high, side)[::-1]
+            else:
+                boxes_open = (self._sides(low, high),) if len(low) else ()
+                return replace(verdict, boxes=boxes_open, remaining=len(boxes_open))
+            if self.progress is not None:
+                self.progress("parts of the family", len(results), len(boxes))
+        if len(results) == 1:
+            return results[0]
+        note = f"in each of {len(results)} boxes; in the first: {results[0].note}"
+        return replace(results[0], note=note, data=tuple(r.data for r in results))
+
+    def _forever_in(
+        self, claim: Always, sets: ReachableSets, low: Form, high: Form, until: float
+    ) -> tuple[Proved | Undecided, int]:
+        """Return the verdict on a claim about all times for a box of the family, and where to cut it."""
+        text = guarantee_text(claim)
         begin = 0.0 if claim.begin is None else self.loop.number(claim.begin)
-        low, high = (e[None] for e in self._family())
-        until = clock.used() + self.timeout
+        widest = _widest(low[0], high[0])
         asked = _Claim(claim, begin, math.inf)
         params = sum(not d.state for d in self.dimensions)
         plant, memory, free = self._begin(sets, low, high)
@@ -368,18 +407,16 @@ class LoopProver:
         try:
             for step in sets.run(plant, memory, free, len(self.dimensions), look):
                 self._look(sets, [asked], step, broken)
-                time, reason, _ = broken[0][0]
+                time, reason, (side, _) = broken[0][0]
                 if reason:
-                    open_ = (self._sides(low[0], high[0]),) if self.dimensions else ()
-                    return Undecided(text, f"at t = {time:.6g} s {reason}", open_, len(open_))
+                    return Undecided(text, f"at t = {time:.6g} s {reason}"), side
                 if clock.used() > until:
-                    return Undecided(
-                        text, f"no set of t <= {step.time:.6g} s lies in an earlier one: more time may help"
-                    )
+                    reason = f"no set of t <= {step.time:.6g} s lies in an earlier one: more time may help"
+                    return Undecided(text, reason), -1
         except (NoTubeError, DomainError) as error:
-            return Undecided(text, str(error) or "no enclosure of the solutions is proved")
+            return Undecided(text, str(error) or "no enclosure of the solutions is proved"), widest
         step_length = sets.equations.step
-        return Proved(text, note=f"the set at t = {invariant[0] * step_length:.6g} s lies in an earlier one")
+        return Proved(text, note=f"the set at t = {invariant[0] * step_length:.6g} s lies in an earlier one"), -1
 
     def _stable(self) -> Verdict:
         """Return the verdict on convergence: the members come into a ball that a period contracts."""
@@ -391,9 +428,27 @@ class LoopProver:
             return Undecided(text, "with a disturbance nothing converges: claim a range with 'require always ... from'")
         if sets.equations.rates:
             return Undecided(text, "its controllers run at several rates, for which contraction is not computed")
-        low, high = (e[None] for e in self._family())
+        params = sum(not d.state for d in self.dimensions)
+        if params:
+            # Each member has one value of a param: parts of the range may have functions that the whole has not.
+            quick = self._cut_up(lambda low, high, _: self._stable_in(sets, low[None], high[None], None), _QUICK)
+            if isinstance(quick, Proved):
+                return quick
+        return self._cut_up(lambda low, high, until: self._stable_in(sets, low[None], high[None], until))
+
+    def _stable_in(
+        self, sets: ReachableSets, low: Form, high: Form, until: float | None
+    ) -> tuple[Proved | Undecided, int]:
+        """Return the verdict on convergence for a box of the family, and where to cut it.
+
+        Args:
+            sets: The loop.
+            low, high: The ends of the box.
+            until: When to stop; None to look at the start only.
+        """
+        params = sum(not d.state for d in self.dimensions)
+        text, widest = "stable", _widest(low[0, : params or None], high[0, : params or None])
         plant, memory, free = self._begin(sets, low, high)
-        until = clock.used() + self.timeout
         balls: list[stability.Contraction] = []
         reasons: list[str] = []
         previous: list[list[Form]] = []
@@ -416,20 +471,22 @@ class LoopProver:
         boxes = max(len(a) for a in (*plant, *memory))
         begin = with_symbols([np.broadcast_to(a, (boxes, a.shape[-1])) for a in (*plant, *memory)])
         if look(0, begin) is None:
-            return self._converges(sets, free, balls[0], 0.0)
+            return self._converges(sets, free, balls[0], 0.0), -1
+        if until is None:
+            return Undecided(text, "no set contracts at the start"), widest
         try:
             for step in sets.run(plant, memory, free, len(self.dimensions), look):
                 time = step.time
                 if left := self._left(sets, step):
-                    return Undecided(text, f"at t = {time:.6g} s {left[0][0]}")
+                    return Undecided(text, f"at t = {time:.6g} s {left[0][0]}"), self._cut(step, 0)[0]
                 if clock.used() > until:
                     break
         except (NoTubeError, DomainError) as error:
             reasons[:] = [str(error) or "no enclosure of the solutions is proved"]
         if balls:
-            return self._converges(sets, free, balls[0], time + sets.equations.step)
+            return self._converges(sets, free, balls[0], time + sets.equations.step), -1
         why = f": {reasons[0]}" if reasons and reasons[0] else ""
-        return Undecided(text, f"no set of t <= {time:.6g} s is proved to contract{why}")
+        return Undecided(text, f"no set of t <= {time:.6g} s is proved to contract{why}"), widest
 
     def _converges(self, sets: ReachableSets, free: Sequence[Form], ball: stability.Contraction, time: float) -> Proved:
         what = "distances to the point of rest shrink" if ball.to_rest else "distances shrink"
@@ -449,6 +506,11 @@ def _within(state: PlantState, low: Form, high: Form) -> Mask:
     """Return whether all values of a state surely lie in its range."""
     above = low > state.low if state.without_low else low >= state.low
     return above & (high < state.high if state.without_high else high <= state.high)
+
+
+def _widest(low: Form, high: Form) -> int:
+    """Return the longest side of a box beside the size of its numbers, -1 if it has no sides."""
+    return int(np.argmax((high - low) / np.maximum(np.abs(low), np.abs(high) + 1e-300))) if len(low) else -1
 
 
 def halves(low: Form, high: Form, side: int) -> list[tuple[Form, Form]]:

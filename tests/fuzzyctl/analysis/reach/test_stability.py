@@ -348,3 +348,14 @@ def test_the_circle_criterion_takes_the_sector_of_a_table():
     assert "point of rest" in verdict.note
     assert not is_stable(lure(0.88, ZIGZAG), 0.1)
     assert not is_stable(lure(-1.2, [(-3.0, -3.0), (0.0, 0.0), (3.0, 3.0)]), 0.1)
+
+
+def test_parts_of_a_family_have_functions_that_the_whole_has_not():
+    """An oscillator whose stiffness may not change at will: damping 0.2 at least, but a constant one each."""
+    plant = "param a = 1\nstate x = 0.1\nstate v = 0\nder x = v\nder v = -a * x - {} * v\noutput y = x\n"
+    text = f"plant p\n{plant}loop l\nblock p = p()\nfor p.a in [0.2, 4]\nrun 10 s step 100 ms\nrequire stable\n"
+    (verdict,) = verdicts(text.format(0.4))
+    assert isinstance(verdict, Proved)
+    assert "boxes" in verdict.note
+    assert not is_stable(text.format(0.0), 0.3)
+    assert not is_stable(text.format(0.4).replace("in [0.2", "in [-0.01"), 0.3)
