@@ -116,8 +116,16 @@ MUTANTS = {
         "slopes", "return np.concatenate([_row(*first), _row(*second)])", "return _row(*first)", "stability"),
     "the narrowest cells do not count": (
         "surfaces", "(np.append(k, np.inf) >= low)", "(np.append(k, np.inf) >= low + 2e-7)", "stability"),
-    "a hull has two corners": (
-        "slopes", "count *= len(varied[at])", "count *= 1", "stability"),
+    "weights are those of the first rules": (
+        "slopes", "mean = parts.mean(0)", "mean = parts[0].copy()", "stability"),
+    "a limit is reached less than it is": (
+        "slopes", "share = min(share * (1.0 + 1e-12), 1.0)", "share = min(share * 0.9, 1.0)", "stability"),
+    "a sine is steeper than its chord": (
+        "slopes", "math.sin(most) / most * (1.0 - 1e-12)", "math.sin(most) / most * 1.05", "stability"),
+    "a sector ends at the ends of a range": (
+        "surfaces", "[low, *k[(k > low) & (k < high)], high]", "[low, high]", "stability"),
+    "a ball stays, wherever its centre moves": (
+        "stability", "needed = drift / (limit - rate)", "needed = 0.0 * drift / (limit - rate)", "stability"),
 }  # fmt: skip
 
 

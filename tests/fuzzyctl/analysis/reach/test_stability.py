@@ -306,6 +306,14 @@ def test_a_state_that_leaves_its_range_is_not_stable():
     assert is_stable(text.format(-0.5) + "require stable\n")
 
 
+def test_a_ball_that_contracts_but_moves_is_not_enough():
+    """Distances shrink below x = 2, but nothing is at rest: x grows without limit."""
+    text = "plant p\nstate x = 0\nder x = 1 - 0.5 * x + x * x / {}\noutput y = x\nloop l\nblock p = p()\n"
+    text += "for p.x in [-0.1, 0.1]\nrun 10 s step 100 ms\nrequire stable\n"
+    assert not is_stable(text.format(8), 0.3)
+    assert is_stable(text.format(40))
+
+
 def test_a_loop_of_controllers_alone_converges():
     text = "controller c\nstate s = 0.5\nnext s = {} * s\noutput u = s\nevery 1 s\nloop l\nblock c = c()\nrun 9 s\n"
     assert is_stable(text.format(0.5) + "require stable\n")
