@@ -63,7 +63,7 @@ class Proof:
     "--timeout",
     type=NotNegative(),
     metavar="SECONDS",
-    help="How long one guarantee, or all bounds, may take.  [default: 10, with --bounds 5]",
+    help="How long one guarantee, or all bounds, may take.  [default: 10, with --bounds 4]",
 )
 @FORMAT
 @QUIET
@@ -88,7 +88,7 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
     if bounds:
         if len(files) > 1:
             raise click.UsageError("--bounds takes one file")
-        return print_bounds(files[0], choice, 5.0 if timeout is None else timeout, form)
+        return print_bounds(files[0], choice, 4.0 if timeout is None else timeout, form)
     timeout = 10.0 if timeout is None else timeout
     proofs: list[Proof] = []
     mistakes: list[Diagnostic] = []
@@ -234,7 +234,7 @@ _LEAST: Final = 0.1
 #: Least time for the coverage of a system [s].
 _SURE: Final = 0.5
 #: Seconds that reading a byte of a system takes, beyond the first ones. Counted, as bounds of systems read no clock.
-_BYTE: Final = 4.5 / (1 << 20)
+_BYTE: Final = 3.5 / (1 << 20)
 _FREE: Final = 1 << 16
 #: The same of an operation of a large system, which is planned, checked and compiled.
 _OPERATION: Final = 5e-5
