@@ -89,6 +89,10 @@ class Slopes:
         locals_ = self._locals(values, about)
         table: list[Any] = []
         whole = self._summed(locals_, table)
+        needed = set(self.nodes.values)
+        for at in reversed(locals_):
+            if at in needed:
+                needed.update(locals_[at].parts)
         varied: dict[int, Form] = {}
         effects: dict[int, float] = {}
         for at, local in locals_.items():
@@ -99,7 +103,7 @@ class Slopes:
             low, high = ends(local.slopes)
             reach = [float(np.abs(table[p][..., 0]).max(initial=0.0)) for p in local.parts]
             effect = float(((high.max(0) - low.min(0)) * np.array(reach)).sum())
-            if len(options) > 1 and effect > 0.0:
+            if len(options) > 1 and effect > 0.0 and at in needed:
                 varied[at], effects[at] = options, effect
         count, chosen = 1, list[int]()
         for at in sorted(varied, key=lambda at: -effects[at]):
@@ -114,6 +118,7 @@ class Slopes:
         results = self._summed(
             {at: local._replace(slopes=picked.get(at, local.slopes)) for at, local in locals_.items()}, None, picked
         )
+        results = np.broadcast_to(results, (count, *results.shape[1:]))
         weights = [locals_[at].weights for at in chosen]
         return _raised(results.reshape(*shape, *results.shape[1:]), weights, most)
 

@@ -146,6 +146,13 @@ def test_the_vertices_of_a_period_hold_difference_quotients(text, low, high, cho
             difference_holds(vertices, a - b, first - second, aims, slack)
 
 
+def test_bends_that_reach_no_state_are_left_out():
+    """A claim about a bend, and one that is multiplied by 0."""
+    text = "controller c\ninput y\nlet a = abs(y)\noutput u = -y + 0 * max(y, a)\noutput w = a\nevery 100 ms\n"
+    text += "plant p\ninput u\nstate x = 1\nder x = u\noutput y = x\nloop l\nblock c = c(p.y)\nblock p = p(c.u)\n"
+    assert is_stable(text + "for p.x in [-1, 1]\nrun 5 s\nrequire stable\n")
+
+
 #: Systems and a plant, each of whose derivatives is one kind of function.
 KINDS = """
 system surface
