@@ -320,7 +320,7 @@ def period_slopes(
     a, b = slopes[:, :count], slopes[:, count:]
     identity = np.stack([np.eye(count), np.zeros((count, count))], -1)
     moved = _series(a, identity, length, 1)
-    by_held = _series(a, as_form(forms.scaled(b, length)), length, 2)
+    by_held = _driven(a, b, length)
     total = np.zeros((len(control), size, size, 2))
     total[:, :count] = _product(by_held, control[:, : len(outputs)])
     total[:, :count, :count] = as_form(forms.plus(moved, total[:, :count, :count]))
@@ -371,6 +371,11 @@ def _series(a: Form, first: Form, length: float, divisor: int) -> Form:
     last = float(np.max(np.abs(term[..., 0]) + term[..., 1], initial=0.0))
     rest[..., 1] += 2.0 * last * size * norm / divisor + 1e-300
     return rest
+
+
+def _driven(a: Form, b: Form, length: float) -> Form:
+    """Return bounds of X(length) for X' = A X + B from X = 0."""
+    return _series(a, as_form(forms.scaled(b, length)), length, 2)
 
 
 def _product(a: Form, b: Form) -> Form:

@@ -98,8 +98,8 @@ MUTANTS = {
         "prover", "outside = ~_within(state, low, high)", "outside = np.zeros(1, bool)", "prover"),
     "an input acts as in the mean of a period": (
         "stability",
-        "by_held = _series(a, as_form(forms.scaled(b, length)), length, 2)",
-        "by_held = _product(_series(a, as_form(forms.scaled(identity, length)), length, 2), b)",
+        "return _series(a, as_form(forms.scaled(b, length)), length, 2)",
+        "return _product(_series(a, np.eye(len(a))[..., None] * [length, 0.0], length, 2), b)",
         "stability"),
     "a series ends": (
         "stability", "rest[..., 1] += 2.0 * last", "rest[..., 1] += 0.0 * last", "stability"),
