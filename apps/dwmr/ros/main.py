@@ -95,9 +95,7 @@ def prepare(values: Mapping[str, Any]) -> Simulation:
     rules = Rules(file.scenario.rules, (*folders, *file.folders), file.places)
     preflight.check(file, [controller], rules)
     show([*file.warnings, *rules.warnings])
-    simulation = simulate.prepare(file, controller, rules)
-    simulate.require_memory([simulation], file.places)
-    return simulation
+    return simulate.prepare(file, controller, rules)
 
 
 def _lower_limits(scenario: Scenario, values: Mapping[str, Any]) -> list[str]:

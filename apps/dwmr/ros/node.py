@@ -65,7 +65,7 @@ class FormationCommands:
     @property
     def has_ended(self) -> bool:
         """Whether the horizon is reached."""
-        return self._next == self._periods.samples
+        return self._next == self._periods.total
 
     def decide(self, odometry: Sequence[Odometry]) -> FloatArray:
         """Compute the commands of the next control period.
@@ -86,13 +86,13 @@ class FormationCommands:
             # Not by law_errors: robots drive on while the line of an error is looked for.
             _, faulty, fault = periods.compute(k, k + 1, *periods.given(k, k + 1))
         if fault:
-            reason = reason_of(fault, periods.record[k, faulty], periods.simulation.module)
+            reason = reason_of(fault, periods.record[periods.row(k), faulty], periods.simulation.module)
             raise StoppedError(Stop(k * self.dt, list(self._robots)[faulty], reason))
         self._next += 1
         asked = np.zeros((len(self._robots), 3))
-        asked[:, ::2] = periods.record[k, :, 12:14] if periods.guard is None else periods.guard[1].commands
+        asked[:, ::2] = periods.record[periods.row(k), :, 12:14] if periods.guard is None else periods.guard[1].commands
         if periods.vehicles is not None and periods.vehicles.lateral >= 0:
-            asked[:, 1] = periods.law_record[k, :, periods.vehicles.lateral]
+            asked[:, 1] = periods.law_record[periods.row(k), :, periods.vehicles.lateral]
         return np.stack([limited(one, robot) for one, robot in zip(asked, self._robots.values(), strict=True)])
 
     def _measure(self, odometry: Sequence[Odometry]) -> None:

@@ -75,7 +75,7 @@ def _velocities(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 
 
 #: A run keeps every sample in memory; more than this many samples of all robots are refused.
-MOST_SAMPLES = 5_000_000
+MOST_SAMPLES = 20_000_000
 #: Longest stable step of the classical Runge-Kutta method, in time constants: the real z < 0 at which
 #: |1 + z + z²/2 + z³/6 + z⁴/24| = 1.
 STABLE_STEP = 2.785

@@ -71,6 +71,10 @@ class Run(Section):
     dt: float = quantity("control period", "s", ge=1e-6, le=1)
     substeps: int = quantity("integration steps in one control period", "-", ge=1, le=1000)
     save_every: int = quantity("control periods between two saved samples", "-", ge=1, le=1_000_000)
+    record_every: int | None = quantity(
+        "control periods between two recorded samples, absent for as many as the record has room for", "-",
+        ge=1, le=1_000_000, default=None,
+    )  # fmt: skip
     plant: Literal["equations", "mujoco"] = Field(
         default="equations",
         description="what moves the robots: the paper's equations, or rigid bodies in the physics engine MuJoCo",

@@ -68,6 +68,7 @@ class World(NamedTuple):
         known_slip: 1 where followers know the velocity of their leader over ground, 0 where that of its wheels.
         measures_exactly: Whether the measured states are the true ones.
         other_plant: Whether the caller of the loop moves the robots, by an `interfaces.Plant`.
+        every: Control periods from one recorded sample to the next.
     """
 
     dt: float
@@ -82,6 +83,7 @@ class World(NamedTuple):
     known_slip: float
     measures_exactly: bool
     other_plant: bool
+    every: int
 
 
 class Memory(NamedTuple):
@@ -158,8 +160,8 @@ def run_periods(
             [m]; shape (1, a, 3) if all stay in place.
         noise: Added to the measured x, y, theta, v, omega, shape (last - first, n, 5) [m, m, rad, m/s,
             rad/s]; shape (0, n, 5) where all measure exactly.
-        record: Written, shape (periods, n, len(SIGNALS)).
-        law_record: Written, shape (periods, n, signals of the law).
+        record: Written, shape (samples, n, len(SIGNALS)); see `row_of` for the samples.
+        law_record: Written, shape (samples, n, signals of the law).
         guard: Safety filter and its memory, None for none; numba compiles the loop once for each.
         vehicles: Vehicles with other drives than two wheels, or None.
 
@@ -181,6 +183,12 @@ def run_periods(
         if not world.other_plant:
             move(t, world, memory, vehicles)
     return last, -1, 0
+
+
+@compiled
+def row_of(period: int, every: int, samples: int) -> int:
+    """Return the row of a period in a record of every `every`-th period; the last row has the latest of the others."""
+    return period // every if period % every == 0 else samples - 1
 
 
 @compiled
@@ -210,6 +218,7 @@ def decide(
         Robot and fault, as `run_periods` does.
     """
     n, t = world.robots.shape[0], period * world.dt
+    row = row_of(period, world.every, record.shape[0])
     faulty, first_fault = -1, 0
     for i in range(n):
         state = _state(memory.plant, i)
@@ -224,23 +233,23 @@ def decide(
             seen, world.robots[i].leader < 0, theta, target.v, target.omega, measured[3], measured[4], t
         )
         v_c, omega_c, fault = step(
-            view, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[period, i]
+            view, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[row, i]
         )
         limits = world.robots[i]
         memory.changed[i] = 1.0 if abs(v_c) > limits.v_limit or abs(omega_c) > limits.omega_limit else 0.0
         if vehicles is not None:
-            _drive(i, period, v_c, omega_c, law_record[period, i], world, memory, vehicles)
+            _drive(i, row, v_c, omega_c, law_record[row, i], world, memory, vehicles)
         elif guard is None:
             _inner_loop(i, v_c, omega_c, world, memory)
         else:
             guard[1].commands[i, 0], guard[1].commands[i, 1] = v_c, omega_c
-        _record(record[period, i], state, target, error, v_c, omega_c, memory, i)
+        _record(record[row, i], state, target, error, v_c, omega_c, memory, i)
         memory.theta_star[i] += world.dt * seen.drift_theta
         fault = fault_of(fault, state, v_c, omega_c)
         if fault != 0 and first_fault == 0:
             faulty, first_fault = i, fault
     if guard is not None:
-        _keep_safe(period, now, after, guard, world, memory, record[period])
+        _keep_safe(row, now, after, guard, world, memory, record[row])
     if first_fault != 0:  # only now, so that the last row is whole
         return faulty, first_fault
     for i in range(n):
@@ -252,12 +261,12 @@ def decide(
 
 @compiled
 def _keep_safe(
-    k: int, now: FloatArray, after: FloatArray, guard: tuple[Safety, Filter], world: World, memory: Memory,
+    row: int, now: FloatArray, after: FloatArray, guard: tuple[Safety, Filter], world: World, memory: Memory,
     record: FloatArray,
 ) -> None:  # fmt: skip
     """Filter the commands of all robots together, then turn them into torques, which are written into the record."""
     safety, its_memory = guard
-    filter_commands(k, memory.seen, now, after, world.dt, world.robots, safety, its_memory)
+    filter_commands(row, memory.seen, now, after, world.dt, world.robots, safety, its_memory)
     for i in range(world.robots.shape[0]):
         v, omega = its_memory.commands[i, 0], its_memory.commands[i, 1]
         change = abs(v - record[i, 12]) + abs(omega - record[i, 13])
@@ -348,12 +357,12 @@ def _inner_loop(i: int, v_c: float, omega_c: float, world: World, memory: Memory
 
 @compiled
 def _drive(
-    i: int, period: int, v_c: float, omega_c: float, signals: FloatArray, world: World, memory: Memory,
+    i: int, sample: int, v_c: float, omega_c: float, signals: FloatArray, world: World, memory: Memory,
     vehicles: Vehicles,
 ) -> None:  # fmt: skip
     """Turn the velocity command of a robot, some of them in the law's signals, into commands of its drives."""
     v_y_c = signals[vehicles.lateral] if vehicles.lateral >= 0 else 0.0
-    row = vehicles.record[period, i]
+    row = vehicles.record[sample, i]
     row[0], row[1] = steering(i, vehicles), lateral_velocity(i, vehicles)
     drive(
         i, v_c, v_y_c, omega_c, memory.seen[i], world.robots[i], world.dt, vehicles, memory.filters[i],

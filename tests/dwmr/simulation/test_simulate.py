@@ -8,7 +8,9 @@ import pytest
 
 from dwmr.control.formation import follower_auxiliary_rate
 from dwmr.core.jit import COMPILED
-from dwmr.simulation import simulate
+from dwmr.results.metrics import measure
+from dwmr.scenario.file import read
+from dwmr.simulation import periods, simulate
 from tests.dwmr.process import LONG
 from tests.dwmr.scenarios import DIVERGES, PAPER, edited_rules, run
 
@@ -28,6 +30,30 @@ class TestRun:
         pieces = run("paper", "aifqsmc", "run.horizon=1")
         assert np.array_equal(whole.values, pieces.values)
         assert np.array_equal(whole.law_values, pieces.law_values)
+
+    @pytest.mark.parametrize(("every", "horizon"), [(4, 1.0), (7, 1.0), (500, 0.5)])
+    def test_a_thinned_record_has_every_nth_sample_and_the_last(self, run_paper, every, horizon):
+        _, whole = run_paper("aifqsmc", f"run.horizon={horizon}")
+        samples = sorted({*range(0, len(whole.t), every), len(whole.t) - 1})
+        thin = run("paper", "aifqsmc", f"run.horizon={horizon}", f"run.record_every={every}")
+        assert thin.t.tolist() == whole.t[samples].tolist()
+        assert np.array_equal(thin.values, whole.values[samples])
+        assert np.array_equal(thin.law_values, whole.law_values[samples])
+
+    def test_a_thinned_record_ends_with_the_sample_at_which_the_run_stops(self):
+        whole, thin = (run("paper", "smc", "run.horizon=5", *DIVERGES, f"run.record_every={every}") for every in (1, 7))
+        assert thin.stop == whole.stop
+        assert len(whole.t) % 7 != 1
+        assert thin.t[-2:].tolist() == [whole.t[len(whole.t) // 7 * 7], whole.t[-1]]
+        assert np.array_equal(thin.values[-1], whole.values[-1], equal_nan=True)
+
+    def test_a_record_that_would_be_too_large_is_thinned(self, monkeypatch):
+        monkeypatch.setattr(periods, "LARGEST_RECORD", 201 * 8 * 3 * (20 + 14) // 5)
+        thin = run("paper", "aifqsmc", "run.horizon=1")
+        assert (thin.every, len(thin.t)) == (6, 35)
+        measures = measure(thin, read(PAPER).scenario)
+        assert (measures["steps"], measures["record_every"]) == (200, 6)
+        assert len(run("paper", "aifqsmc", "run.horizon=1", "run.record_every=1").t) == 201
 
     def test_does_not_depend_on_the_order_of_the_robots(self, tmp_path, run_paper):
         head, leader, rest = PAPER.read_text(encoding="utf-8").partition("[robots.leader]")
