@@ -133,6 +133,8 @@ def _measures(run: Trajectory, scenario: Scenario) -> dict[str, Callable[[], Any
         "avoidance_switches": lambda: {n: _switches(run["obstacle"][:, i] >= 0) for i, n in enumerate(names)},
         "avoidance_s": lambda: {n: _share(run["obstacle"][:, i] >= 0) * _span(run) for i, n in enumerate(names)},
         "saturation": lambda: {n: _saturation(run, scenario, n) for n in names},
+        "energy": lambda: {n: _energy(run, scenario, n) for n in names},
+        "amplification": lambda: _amplification(run, scenario),
         "condition_violated": lambda: {n: _condition_violated(run, scenario, n) for n in names},
     }
 
@@ -223,6 +225,31 @@ def _saturation(trajectory: Trajectory, scenario: Scenario, robot: str) -> dict[
         "omega": _share(np.abs(trajectory["omega_c"][:, i]) > limits.omega_limit),
         "torque": _share(torque >= limits.torque_limit),
     }
+
+
+def _energy(trajectory: Trajectory, scenario: Scenario, robot: str) -> float:
+    """Return the energy of the commanded torques at two wheels, braking counted as driving [J]."""
+    i, wheels = trajectory.robots.index(robot), scenario.robots[robot]
+    turning = wheels.half_track * trajectory["omega"][:, i]
+    power = sum(
+        np.abs(trajectory[f"torque_{side}"][:, i] * (trajectory["v"][:, i] + sign * turning))
+        for side, sign in (("right", 1.0), ("left", -1.0))
+    )
+    return float(np.mean(power)) / wheels.wheel_radius * _span(trajectory)
+
+
+def _amplification(trajectory: Trajectory, scenario: Scenario) -> dict[str, float | None]:
+    """Return the error of each follower over that of its leader, root mean squares of the distances from their places.
+
+    None for a leader without an error.
+
+    Source:
+        Swaroop, Hedrick, String stability of interconnected systems, IEEE Transactions on Automatic Control 41, 1996.
+    """
+    places = zip(trajectory.robots, trajectory["x_e"].T, trajectory["y_e"].T, strict=True)
+    far = {name: rmse(np.hypot(x_e, y_e)) for name, x_e, y_e in places}
+    leaders = {n: one.formation.leader for n, one in scenario.robots.items() if one.formation is not None}
+    return {name: far[name] / far[leader] if far[leader] > 0.0 else None for name, leader in leaders.items()}
 
 
 def _condition_violated(trajectory: Trajectory, scenario: Scenario, robot: str) -> float:

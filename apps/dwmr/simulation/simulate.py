@@ -272,7 +272,7 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
         law_record = np.concatenate([law_record, periods.vehicles.record], axis=2)
     records = [periods.record, law_record, *(() if positions is None else (positions,))]
     numbers = periods.recorded(computed, records)
-    t: FloatArray = numbers * dt
+    t: FloatArray = numbers.astype(np.float64) * dt
     record, law_record, *rest = (one[: len(numbers)] for one in records)
     return Trajectory(
         simulation.name, tuple(simulation.scenario.robots), t, record, law_record, simulation.law_signals,
