@@ -93,7 +93,7 @@ def prepare(values: Mapping[str, Any]) -> Simulation:
         file = read(path, lower)  # the safety filter and the law's checks rely on the limits of commands
     folders = [Path(values["rules"])] if values["rules"] else []
     rules = Rules(file.scenario.rules, (*folders, *file.folders), file.places)
-    preflight.check(file, [controller], rules)
+    preflight.check(file, [controller], rules, real=True)
     show([*file.warnings, *rules.warnings])
     return simulate.prepare(file, controller, rules)
 

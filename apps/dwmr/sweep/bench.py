@@ -19,15 +19,13 @@ from dwmr.scenario.file import ScenarioFile
 from dwmr.simulation.preflight import settings_of
 from dwmr.sweep.robots import Robots
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.estimates import CONFIDENCE
+from fuzzyctl.experiments.estimates import CONFIDENCE, bootstrap_interval
 from fuzzyctl.experiments.sweep_plan import Plan, Run
 
 #: Gains are searched from their values in the scenario over and times this factor, evenly in their logarithm.
 REACH = 4.0
 #: The last share of the evaluations searches around the best gains, by this factor.
 LOCAL_SHARE, LOCAL_REACH = 0.5, 1.3
-#: Resamples of a bootstrap.
-RESAMPLES = 2000
 #: Measures of a run and their units.
 MEASURES = {"error": "m", "chattering": "m/s²", "energy": "kJ", "formation": "s", "amplification": "-"}
 _GROUPS = ("rmse", "chattering", "energy", "arrival", "amplification")
@@ -196,20 +194,8 @@ def entries(scenario: str, measured: Mapping[str, Sequence[Mapping[str, float] |
             pairs = [one for one in pairs if not math.isnan(one)]
             mean = math.fsum(values) / len(values) if values else None
             difference = math.fsum(pairs) / len(pairs) if pairs and k > 0 else None
-            low, high = bootstrap(pairs, seed) if k > 0 and len(pairs) > 1 else (None, None)
+            low, high = bootstrap_interval(pairs, seed) if k > 0 and len(pairs) > 1 else (None, None)
             yield Entry(scenario, law, name, unit, len(values), mean, difference, low, high)
-
-
-def bootstrap(values: Sequence[float], seed: int) -> tuple[float, float]:
-    """Return the percentile interval of a mean over `RESAMPLES` seeded resamples.
-
-    Source:
-        Efron, Bootstrap methods: another look at the jackknife, Annals of Statistics 7, 1979.
-    """
-    picks = np.random.default_rng(seed).integers(len(values), size=(RESAMPLES, len(values)))
-    means = np.sort(np.asarray(values)[picks].mean(axis=1))
-    outside = round(0.5 * (1.0 - CONFIDENCE) * RESAMPLES)
-    return float(means[outside]), float(means[-1 - outside])
 
 
 def print_bench(out: Console, found: Sequence[Entry], budget: int, training: int, held_out: int) -> None:

@@ -6,13 +6,12 @@ import sys
 import numpy as np
 import pytest
 
+from dwmr import measure, read
 from dwmr.control.formation import follower_auxiliary_rate
 from dwmr.core.jit import COMPILED
-from dwmr.results.metrics import measure
-from dwmr.scenario.file import read
-from dwmr.simulation import periods, simulate
+from dwmr.simulation import simulate
 from tests.dwmr.process import LONG
-from tests.dwmr.scenarios import DIVERGES, PAPER, edited_rules, run
+from tests.dwmr.scenarios import DIVERGES, PAPER, diagnostics, edited_rules, run
 
 
 class TestRun:
@@ -48,7 +47,7 @@ class TestRun:
         assert np.array_equal(thin.values[-1], whole.values[-1], equal_nan=True)
 
     def test_a_record_that_would_be_too_large_is_thinned(self, monkeypatch):
-        monkeypatch.setattr(periods, "LARGEST_RECORD", 201 * 8 * 3 * (20 + 14) // 5)
+        monkeypatch.setattr("dwmr.simulation.periods.LARGEST_RECORD", 201 * 8 * 3 * (20 + 14) // 5)
         thin = run("paper", "aifqsmc", "run.horizon=1")
         assert (thin.every, len(thin.t)) == (6, 35)
         measures = measure(thin, read(PAPER).scenario)
@@ -194,3 +193,27 @@ def test_only_the_named_robots_feel_a_disturbance(run_paper):
     _, trajectory = run_paper("smc", "run.horizon=6", 'disturbances.0.robots=["follower2"]')
     assert not trajectory["d_v"][:, :2].any()
     assert trajectory["d_v"][:, 2].any()
+
+
+class TestPeriod:
+    @pytest.mark.parametrize(
+        ("name", "override", "message"),
+        [
+            ("paper", "run.dt=0.01", "-1.161 has the magnitude 1.161 > 1"),
+            ("paper-with-limits", "run.dt=0.0125", "0.3337 ± 0.997i has the magnitude 1.052 > 1"),
+        ],
+    )  # fmt: skip
+    def test_a_period_at_which_the_velocity_loop_grows_is_refused(self, name, override, message):
+        (one,) = diagnostics(run, name, "aifqsmc", "run.horizon=1", override)
+        start = (
+            f"{override.replace('=', ' = ')} s: the velocity loop of robots.leader in v is unstable, its eigenvalue "
+        )
+        assert one.message == start + message
+        assert one.help.startswith("shorten run.dt")
+
+    def test_at_the_edge_the_eigenvalue_agrees_with_the_run(self):
+        # 0.99997 at 10 ms, 1.03 at 10.1 ms
+        quiet = run("undisturbed", "aifqsmc", "run.horizon=8", "run.substeps=16", "run.dt=0.01")
+        assert np.abs(np.diff(quiet["v"][-100:, 0])).max() < 0.01
+        (one,) = diagnostics(run, "undisturbed", "aifqsmc", "run.horizon=1", "run.substeps=16", "run.dt=0.0101")
+        assert "has the magnitude 1.03" in one.message

@@ -42,7 +42,7 @@ class TestCandidates:
 
 def test_bootstrap_holds_the_mean_and_shrinks_with_the_number_of_runs():
     values = np.random.default_rng(3).normal(1.0, 1.0, 400)
-    few, many = (bench.bootstrap(list(values[:n]), 0) for n in (25, 400))
+    few, many = (bench.bootstrap_interval(list(values[:n]), 0) for n in (25, 400))
     assert few[0] < np.mean(values[:25]) < few[1]
     assert many[1] - many[0] == pytest.approx(2.0 * 1.96 * np.std(values) / 20.0, rel=0.1)
     assert many[1] - many[0] < 0.5 * (few[1] - few[0])
