@@ -64,7 +64,7 @@ def differences(scenario: Scenario, fitted: bool = False, shipped: str = "paper"
     paper = read(find(shipped)).scenario
     keys = [
         key
-        for key in ("reference", "formation", "obstacles", "avoidance", "load")
+        for key in ("reference", "formation", "communication", "obstacles", "avoidance", "load")
         if getattr(scenario, key) != getattr(paper, key)
     ]
     keys += [f"run.{key}" for key in ("horizon", "plant") if getattr(scenario.run, key) != getattr(paper.run, key)]

@@ -173,6 +173,13 @@ class FormationSettings(Section):
     )
 
 
+class Communication(Section):
+    """Messages by which a leader tells its followers its measured state and velocities."""
+
+    delay: float = quantity("age of a message, rounded to control periods", "s", ge=0, le=10, default=0.0)
+    loss: float = quantity("share of a robot's messages that no follower gets", "-", ge=0, lt=1, default=0.0)
+
+
 #: Noise is cut at this many standard deviations [-].
 LARGEST_NOISE = 4.0
 
@@ -370,6 +377,7 @@ class Scenario(Section):
     reference: ReferenceSettings
     robots: dict[Printable, Robot] = Field(min_length=1, max_length=1000)
     formation: FormationSettings = FormationSettings()
+    communication: Communication = Communication()
     obstacles: Annotated[tuple[Obstacle, ...], Strict(False), Field(max_length=LONGEST_LIST)] = ()
     avoidance: AvoidanceSettings
     safety: SafetySettings | None = Field(default=None, description="absent: commands are not filtered")

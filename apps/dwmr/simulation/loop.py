@@ -69,6 +69,7 @@ class World(NamedTuple):
         measures_exactly: Whether the measured states are the true ones.
         other_plant: Whether the caller of the loop moves the robots, by an `interfaces.Plant`.
         every: Control periods from one recorded sample to the next.
+        delay: Age of the messages of leaders in control periods.
     """
 
     dt: float
@@ -84,6 +85,7 @@ class World(NamedTuple):
     measures_exactly: bool
     other_plant: bool
     every: int
+    delay: int
 
 
 class Memory(NamedTuple):
@@ -93,6 +95,8 @@ class Memory(NamedTuple):
         plant: Fields of `State`, shape (n, 7).
         slip: Velocities over ground less those of the wheels, shape (n, 2) [m/s, rad/s].
         seen: The plant's state as the robots measure it; where they measure exactly it is the array `plant` itself.
+        heard: Leaders' measured states and slip as their followers know them from messages, shape (n, 9).
+        sent: The latest messages, by period modulo their number, shape (delay + 1, n, 9).
         wheels, odometry: Memory of the sensors, shapes (n, 6) and (n, 3), see `sensors.measure`.
         theta_star: Auxiliary orientations θ*_r, shape (n,) [rad].
         filters: States of the derivative filters, shape (n, 2) [m/s, rad/s].
@@ -107,6 +111,8 @@ class Memory(NamedTuple):
     plant: FloatArray
     slip: FloatArray
     seen: FloatArray
+    heard: FloatArray
+    sent: FloatArray
     wheels: FloatArray
     odometry: FloatArray
     theta_star: FloatArray
@@ -158,8 +164,8 @@ def run_periods(
         memory: Read and written.
         obstacles: Centres and radii of the obstacles at these periods and the one after, shape (last - first + 1, a, 3)
             [m]; shape (1, a, 3) if all stay in place.
-        noise: Added to the measured x, y, theta, v, omega, shape (last - first, n, 5) [m, m, rad, m/s,
-            rad/s]; shape (0, n, 5) where all measure exactly.
+        noise: Added to the measured x, y, theta, v, omega [m, m, rad, m/s, rad/s], and 1 for a robot whose message is
+            lost, shape (last - first, n, 6); shape (0, n, 6) if all measure exactly and all messages arrive at once.
         record: Written, shape (samples, n, len(SIGNALS)); see `row_of` for the samples.
         law_record: Written, shape (samples, n, signals of the law).
         guard: Safety filter and its memory, None for none; numba compiles the loop once for each.
@@ -177,6 +183,8 @@ def run_periods(
             measure(noise[k - first], memory.plant, world.robots, world.dt, memory.wheels, memory.odometry, memory.seen)
         if not world.other_plant:
             _slip(t, world, memory)
+        if not world.measures_exactly:
+            _tell(k, noise[k - first], world, memory)
         robot, fault = decide(k, path, step, kernels, world, memory, now, after, record, law_record, guard, vehicles)
         if fault != 0:
             return k, robot, fault
@@ -223,9 +231,10 @@ def decide(
     for i in range(n):
         state = _state(memory.plant, i)
         target = _aim(t, i, path, now, world, memory)
-        seen = error = _error(i, target, memory.plant, world, memory, vehicles)
+        seen = error = _error(i, target, memory.plant, memory.plant, memory.slip, world, memory, vehicles)
         if not world.measures_exactly:
-            seen = _error(i, target, memory.seen, world, memory, vehicles)
+            heard = memory.heard
+            seen = _error(i, target, memory.seen, heard, heard[:, 7:], world, memory, vehicles)
         if vehicles is not None and target.obstacle >= 0.0 and moves_sideways(i, vehicles):
             seen = towards(seen)
         measured, theta = memory.seen[i], target.theta - memory.seen[i, 2]
@@ -276,6 +285,18 @@ def _keep_safe(
 
 
 @compiled
+def _tell(period: int, noise: FloatArray, world: World, memory: Memory) -> None:
+    """Send measured state and slip of every robot, and receive the message of a delay before if it is not lost."""
+    count = memory.sent.shape[0]
+    for i in range(memory.heard.shape[0]):
+        for c in range(9):
+            value = memory.seen[i, c] if c < 7 else memory.slip[i, c - 7]
+            memory.sent[period % count, i, c] = value
+            if noise[i, 5] == 0.0 and (period >= world.delay or period == 0):
+                memory.heard[i, c] = memory.sent[max(period - world.delay, 0) % count, i, c]
+
+
+@compiled
 def _state(plant: FloatArray, i: int) -> State:
     p = plant
     return State(p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6])
@@ -310,14 +331,17 @@ def _aim(t: float, i: int, path: Any, obstacles: FloatArray, world: World, memor
 
 @compiled
 def _error(
-    i: int, target: Target, plant: FloatArray, world: World, memory: Memory, vehicles: Vehicles | None
-) -> PostureError:
+    i: int, target: Target, plant: FloatArray, leaders: FloatArray, slip: FloatArray, world: World, memory: Memory,
+    vehicles: Vehicles | None,
+) -> PostureError:  # fmt: skip
     """Return the tracking error of one robot.
 
     Args:
         i: Number of the robot.
         target: Where it should be; a follower's place is computed anew from its leader's state.
         plant: States of all robots as they are or as they are seen, shape (n, 7).
+        leaders: The same as their followers know them, shape (n, 7 or more).
+        slip: That of leaders as their followers know it, shape (n, 2).
         world, memory, vehicles: As for `run_periods`.
 
     Source:
@@ -327,9 +351,9 @@ def _error(
     j = robot.leader
     if j < 0:
         return trajectory_error(s.x, s.y, s.theta, target.x, target.y, target.theta, theta_star, target.v, robot.d)
-    lead, d_i = _state(plant, j), world.robots[j].d
+    lead, d_i = _state(leaders, j), world.robots[j].d
     share = world.known_slip
-    v_i, omega_i = lead.v + share * memory.slip[j, 0], lead.omega + share * memory.slip[j, 1]
+    v_i, omega_i = lead.v + share * slip[j, 0], lead.omega + share * slip[j, 1]
     error = follower_error(
         lead.x, lead.y, lead.theta, v_i, omega_i, d_i, s.x, s.y, s.theta, theta_star, robot.d,
         robot.separation, robot.bearing,

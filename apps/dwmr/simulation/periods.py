@@ -215,6 +215,7 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
         measures_exactly,
         other_plant,
         every,
+        delay_of(scenario),
     )
 
 
@@ -275,10 +276,13 @@ def _memory(simulation: Simulation, laws: list[Law], measures_exactly: bool) -> 
     sides = np.zeros((n, len(scenario.obstacles)))
     filters, slip, torques = np.zeros((3, n, 2))
     wheels, odometry = np.zeros((n, 6)), plant[:, :3].copy()
+    heard, delay = np.concatenate([seen, slip], axis=1), 0 if measures_exactly else delay_of(scenario)
     return Memory(
         plant,
         slip,
         seen,
+        heard,
+        np.repeat(heard[None], delay + 1, axis=0),
         wheels,
         odometry,
         theta_star,
@@ -303,28 +307,38 @@ def _first_direction(simulation: Simulation, robot: Robot) -> float:
 MEASURED = ("x", "y", "theta", "v", "omega")
 
 
+def delay_of(scenario: Scenario) -> int:
+    """Return the age of the messages of leaders in control periods."""
+    return round(scenario.communication.delay / scenario.run.dt)
+
+
 def measures_inexactly(scenario: Scenario) -> bool:
-    """Return whether some robot measures inexactly."""
+    """Return whether some robot measures inexactly, or knows its leader's state late."""
+    if delay_of(scenario) > 0 or scenario.communication.loss > 0.0:
+        return True
     by_wheels = any(r.sensors.pose == "odometry" or r.sensors.encoder_steps for r in scenario.robots.values())
     return by_wheels or bool(_deviations(scenario).any())
 
 
 def noise_source(scenario: Scenario) -> Callable[[int], FloatArray]:
-    """Return a function that draws the noise of the next periods, shape (periods, robots, 5).
+    """Return a function that draws noise and losses of the next periods, shape (periods, robots, 6), see `loop`.
 
     A robot's numbers follow from the seed and its name alone: neither the other robots nor the control law nor how many
     periods are drawn at once change them. Where all robots measure exactly the arrays are empty.
     """
     deviations, n = _deviations(scenario), len(scenario.robots)
     if not measures_inexactly(scenario):
-        nothing = np.zeros((0, n, len(MEASURED)))
+        nothing = np.zeros((0, n, len(MEASURED) + 1))
         return lambda periods: nothing
     streams = [np.random.default_rng([scenario.run.seed, *name.encode()]) for name in scenario.robots]
+    # no byte of a name is 256
+    messages = [np.random.default_rng([scenario.run.seed, 256, *name.encode()]) for name in scenario.robots]
 
     def draw(periods: int) -> FloatArray:
         drawn = np.stack([one.standard_normal((periods, len(MEASURED))) for one in streams], axis=1)
-        result: FloatArray = np.clip(drawn, -LARGEST_NOISE, LARGEST_NOISE) * deviations
-        return result
+        lost = np.stack([one.random((periods, 1)) < scenario.communication.loss for one in messages], axis=1)
+        noise: FloatArray = np.clip(drawn, -LARGEST_NOISE, LARGEST_NOISE) * deviations
+        return np.concatenate([noise, lost.astype(np.float64)], axis=2)
 
     return draw
 

@@ -101,9 +101,9 @@ def _in_python(
 ) -> LawError:
     """Return the error of a law in a period as Python, with its line; that of compiled code if they differ."""
     module, memory = periods.simulation.module, periods.memory
-    seen, slip = memory.seen.copy(), memory.slip.copy()
+    seen, slip, heard = memory.seen.copy(), memory.slip.copy(), memory.heard.copy()
     start.restore()
-    memory.slip[...] = slip  # measured states before the law is called
+    memory.slip[...], memory.heard[...] = slip, heard  # measured states before the law is called
     if memory.seen is not memory.plant:
         memory.seen[...] = seen
     step, asked = getattr(module.step, "py_func", module.step), list[TrackingError]()

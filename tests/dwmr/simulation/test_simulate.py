@@ -205,10 +205,8 @@ class TestPeriod:
     )  # fmt: skip
     def test_a_period_at_which_the_velocity_loop_grows_is_refused(self, name, override, message):
         (one,) = diagnostics(run, name, "aifqsmc", "run.horizon=1", override)
-        start = (
-            f"{override.replace('=', ' = ')} s: the velocity loop of robots.leader in v is unstable, its eigenvalue "
-        )
-        assert one.message == start + message
+        start = f"{override.replace('=', ' = ')} s: the velocity loop of robots.leader in v is unstable, "
+        assert one.message == f"{start}its eigenvalue {message}"
         assert one.help.startswith("shorten run.dt")
 
     def test_at_the_edge_the_eigenvalue_agrees_with_the_run(self):
@@ -217,3 +215,49 @@ class TestPeriod:
         assert np.abs(np.diff(quiet["v"][-100:, 0])).max() < 0.01
         (one,) = diagnostics(run, "undisturbed", "aifqsmc", "run.horizon=1", "run.substeps=16", "run.dt=0.0101")
         assert "has the magnitude 1.03" in one.message
+
+
+def known_errors(trajectory, shift):
+    """Return x_e of follower1 with the leader's state of some periods before, shape (samples - shift,) [m]."""
+    scenario = read(PAPER).scenario
+    place, behind = scenario.robots["follower1"].formation, scenario.robots["leader"].d
+    x_i, y_i, theta_i = (trajectory[name][: len(trajectory.t) - shift, 0] for name in ("x", "y", "theta"))
+    x, y, theta = (trajectory[name][shift:, 1] for name in ("x", "y", "theta"))
+    x_e = x_i - behind * np.cos(theta_i) + place.separation * np.cos(theta_i + place.bearing) - x
+    y_e = y_i - behind * np.sin(theta_i) + place.separation * np.sin(theta_i + place.bearing) - y
+    return np.cos(theta) * x_e + np.sin(theta) * y_e
+
+
+class TestCommunication:
+    def test_a_follower_knows_the_state_of_its_leader_a_delay_before(self, run_paper):
+        late = run("paper", "smc", "run.horizon=3", "communication.delay=0.1")
+        # σ*_v = -λ_1² x_e
+        assert late["sigma_v"][20:, 1] == pytest.approx(-0.25 * known_errors(late, 20), abs=1e-12)
+        assert late["sigma_v"][:20, 0].tolist() == run_paper("smc", "run.horizon=3")[1]["sigma_v"][:20, 0].tolist()
+        assert late["x_e"][:, 1] == pytest.approx(known_errors(late, 0), abs=1e-12)
+
+    def test_a_lost_message_leaves_the_state_before(self):
+        lossy, again, other = (run("paper", "smc", "run.horizon=5", "communication.loss=0.6", s) for s in (
+            "run.seed=0", "run.seed=0", "run.seed=1"
+        ))  # fmt: skip
+        assert np.array_equal(lossy.values, again.values)
+        assert not np.array_equal(lossy.values, other.values)
+        known = -4.0 * lossy["sigma_v"][:, 1]
+        arrived = np.abs(known - known_errors(lossy, 0))[1:] < 1e-12
+        assert arrived.mean() == pytest.approx(0.4, abs=0.05)
+
+    @pytest.mark.parametrize(
+        ("override", "message"),
+        [
+            ("communication.loss=1.0", "communication.loss must be < 1"),
+            ("communication.delay=-0.1", "communication.delay must be >= 0"),
+            ("communication.dealy=0.1", "unknown key communication.dealy"),
+        ],
+    )
+    def test_impossible_values_are_refused(self, override, message):
+        (one,) = diagnostics(read, "paper", [override])
+        assert one.message.startswith(message)
+
+    def test_other_vehicles_are_refused(self):
+        (one,) = diagnostics(read, "omnidirectional", ["communication.delay=0.1"])
+        assert one.message.startswith("communication is for robots with two driven wheels")
