@@ -98,7 +98,8 @@ class LoopProver:
         ]
         return sorted(dimensions, key=lambda d: d.state != "")
 
-    def _sets(self, claims: Sequence[Always], end: float) -> ReachableSets:
+    def sets(self, claims: Sequence[Always], end: float) -> ReachableSets:
+        """Return the sets for some claims up to a time, infinite for all times."""
         params = [d.name for d in self.dimensions if not d.state]
         number = self.loop.number
         conditions = [loosened(c.claim, 0.0 if c.within is None else number(c.within)) for c in claims]
@@ -185,7 +186,7 @@ class LoopProver:
             _Claim(c, 0.0 if c.begin is None else number(c.begin), duration if c.end is None else number(c.end))
             for c in claims
         ]
-        sets = self._sets(claims, max(c.end for c in asked))
+        sets = self.sets(claims, max(c.end for c in asked))
         until = clock.used() + self.timeout
         boxes = [(*self._family(), list(range(len(asked))))]
         settled = 0
@@ -324,7 +325,7 @@ class LoopProver:
     def _forever(self, claim: Always) -> Verdict:
         """Return the verdict on a claim about all times: a set that later lies in itself is invariant."""
         text = guarantee_text(claim)
-        sets = self._sets([claim], math.inf)
+        sets = self.sets([claim], math.inf)
         if reason := _changes(sets):
             return Undecided(text, reason)
         begin = 0.0 if claim.begin is None else self.loop.number(claim.begin)
@@ -372,7 +373,7 @@ class LoopProver:
     def _stable(self) -> Verdict:
         """Return the verdict on convergence: the members come into a ball that a period contracts."""
         text = "stable"
-        sets = self._sets([], math.inf)
+        sets = self.sets([], math.inf)
         if reason := _changes(sets):
             return Undecided(text, reason)
         if sets.spread:

@@ -1,0 +1,436 @@
+"""Certificates of loops: what a proof has to find, for `fuzzyctl.analysis.verify`, which searches for nothing.
+
+The loop is translated into operations on numbers. The sets are those of the checker's own arithmetic: hints, such as
+tubes and bases, are proposed in floating point and tried at once.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from fuzzyctl.analysis import verify
+from fuzzyctl.analysis.reach.prover import LoopProver
+from fuzzyctl.analysis.reach.reach import ReachableSets
+from fuzzyctl.analysis.reach.series import Nodes
+from fuzzyctl.analysis.reach.sets import _boxed, modes
+from fuzzyctl.analysis.reach.surfaces import SystemSurface
+from fuzzyctl.formats.fz_strings import guarantee_text
+from fuzzyctl.model.loop import TIME, Always, Stable
+from fuzzyctl.model.loop import Loop as LoopBlock
+from fuzzyctl.simulation.sample_times import ALIGNED
+from fuzzyctl.analysis.verify import ONE, Loop, Values
+
+#: What rounding may add to each value of a controller.
+ROUNDING: Final = 1e-12
+#: Order of the Taylor polynomials, and most parts of a period.
+_ORDER: Final = 4
+_PARTS: Final = 64
+#: Symbols for each state from which on they are reduced, and to which.
+_MOST: Final = 40
+
+Item = list[Any]
+
+
+class NoCertificateError(Exception):
+    """Raised if a proof has no certificate."""
+
+
+class _Translation:
+    """Operations on numbers, for all expressions of a loop."""
+
+    def __init__(self) -> None:
+        self.nodes: list[Item] = []
+        self.tables: list[dict[str, Any]] = []
+        #: Nodes that must not be negative, since roots are taken of them.
+        self.positive: list[int] = []
+        self._known: dict[str, int] = {}
+        self._surfaces: dict[tuple[int, int, bool], int] = {}
+
+    def add(self, *item: Any) -> int:
+        key = repr(item)
+        if key not in self._known:
+            self._known[key] = len(self.nodes)
+            self.nodes.append(list(item))
+        return self._known[key]
+
+    def number(self, value: float) -> int:
+        if not math.isfinite(value):
+            raise NoCertificateError("a constant of the loop is infinite")
+        return self.add("const", value)
+
+    def negative(self, a: int) -> int:
+        return self.add("*", self.number(-1.0), a)
+
+    def larger(self, a: int, b: int) -> int:
+        """Return max(a, b) = (a + b + |a - b|) / 2."""
+        difference = self.add("+", a, self.negative(b))
+        return self.add("*", self.number(0.5), self.add("+", self.add("+", a, b), self.add("abs", difference)))
+
+    def wave(self, kind: str, a: int) -> int:
+        place = len(self.nodes)
+        for name, other in (("sin", place + 1), ("cos", place)):
+            key = repr((name, a))
+            if key not in self._known:
+                self._known[key] = len(self.nodes)
+                self.nodes.append([name, a, other])
+        return self._known[repr((kind, a))]
+
+    def translated(self, nodes: Nodes, inputs: dict[str, int], wanted: Sequence[int]) -> list[int]:
+        """Return for each node its operation, -1 for those that the wanted ones do not need."""
+        needed: set[int] = set()
+        stack = [*wanted]
+        while stack:
+            at = stack.pop()
+            if at not in needed:
+                needed.add(at)
+                stack += nodes.nodes[at].parts
+        places = [-1] * len(nodes.nodes)
+        for at in sorted(needed):
+            places[at] = self._place(nodes, at, places, inputs)
+        return places
+
+    def _place(self, nodes: Nodes, at: int, places: Sequence[int], inputs: dict[str, int]) -> int:
+        node = nodes.nodes[at]
+        parts = [places[p] for p in node.parts]
+        if -1 in parts and node.kind not in ("max", "min", "output", "compare", "logic", "where"):
+            raise NoCertificateError("a choice has no operation in a certificate")
+        match node.kind:
+            case "number":
+                return self.number(node.detail) if math.isfinite(node.detail) else -1
+            case "input":
+                return inputs[node.detail]
+            case "negative":
+                return self.negative(parts[0])
+            case "sin" | "cos":  # each has its partner for its slope
+                return self.wave(node.kind, parts[0])
+            case "+" | "*" | "exp":
+                return self.add(node.kind, *parts)
+            case "/":
+                return self.add("*", parts[0], self.add("inverse", parts[1]))
+            case "sqrt":
+                if not nodes.nodes[node.parts[0]].positive and parts[0] not in self.positive:
+                    self.positive.append(parts[0])
+                return self.add("sqrt", *parts)
+            case "abs":
+                return self.add("abs", *parts)
+            case "max" | "min" if -1 in parts:
+                return max(parts)
+            case "max":
+                return self.larger(*parts)
+            case "min":
+                return self.negative(self.larger(*map(self.negative, parts)))
+            case "output":
+                call = nodes.nodes[node.parts[0]]
+                return self._output(call.detail, [places[p] for p in call.parts], node.detail)
+            case "where" if (known := _known(nodes, node.parts[0])) is not None:
+                return parts[1] if known else parts[2]
+            case "system" | "compare" | "logic" | "where":
+                return -1
+        raise NoCertificateError(f"'{node.kind}' has no operation in a certificate")
+
+    def _output(self, surface: SystemSurface, arguments: list[int], output: int) -> int:
+        grid = surface.grid
+        if grid is None or max(len(k) for k in grid.knots) < 2:
+            raise NoCertificateError(f"system '{surface.system.name}' does not interpolate")
+        table, error = grid.outputs[output], surface._boxed.errors[output]
+        if not math.isfinite(error):
+            raise NoCertificateError(f"the rounding of system '{surface.system.name}' has no bound")
+        inputs = [arguments[i] for i in grid.inputs]
+        place = self.add("table", self._table(grid.knots, table.value), *inputs)
+        if table.weight:
+            weight = self.add("table", self._table(grid.knots, table.weight), *inputs)
+            place = self.add("*", place, self.add("inverse", weight))
+        return self.add("+", place, self.add("error", 2.0 * error)) if error else place
+
+    def _table(self, knots: Sequence[Sequence[float]], values: Sequence[float]) -> int:
+        shaped = np.array(values).reshape([len(k) for k in knots]).tolist()
+        data = {"knots": [list(k) for k in knots], "values": shaped}
+        if data not in self.tables:
+            self.tables.append(data)
+        return self.tables.index(data)
+
+    def condition(self, nodes: Nodes, places: Sequence[int], at: int, wanted: bool = True) -> Item:
+        """Return a condition, or its negation."""
+        node = nodes.nodes[at]
+        if node.kind == "logic":
+            if node.detail == "not":
+                return self.condition(nodes, places, node.parts[0], not wanted)
+            op = "and" if (node.detail == "and") == wanted else "or"
+            return [op, *(self.condition(nodes, places, p, wanted) for p in node.parts)]
+        a, b = node.parts
+        if node.detail in ("==", "!="):
+            inner = nodes.nodes[a]
+            if inner.kind == "where" and [nodes.nodes[p].detail for p in (*inner.parts[1:], b)] == [1.0, 0.0, 0.0]:
+                return self.condition(nodes, places, inner.parts[0], wanted == (node.detail == "!="))
+        if places[a] < 0 or places[b] < 0:
+            raise NoCertificateError("a choice has no operation in a certificate")
+        more, less = (self.add("+", places[x], self.negative(places[y])) for x, y in ((a, b), (b, a)))
+        match node.detail, wanted:
+            case (">", True) | ("<=", False):
+                return [">", more]
+            case (">=", True) | ("<", False):
+                return [">=", more]
+            case ("<", True) | (">=", False):
+                return [">", less]
+            case ("<=", True) | (">", False):
+                return [">=", less]
+            case ("==", True) | ("!=", False):
+                return ["and", [">=", more], [">=", less]]
+        return ["or", [">", more], [">", less]]
+
+
+def _known(nodes: Nodes, at: int) -> bool | None:
+    """Return whether a condition holds for all real numbers, or for none; None for neither: x != x says that x is NaN."""
+    node = nodes.nodes[at]
+    if node.kind == "compare":
+        return node.detail in ("==", "<=", ">=") if node.parts[0] == node.parts[1] else None
+    known = [_known(nodes, p) for p in node.parts]
+    if node.detail == "not":
+        return None if known[0] is None else not known[0]
+    sure = node.detail == "or"
+    return sure if sure in known else None if None in known else not sure
+
+
+def problem_of(sets: ReachableSets, claims: Sequence[Any], starts: Sequence[Any], params: Sequence[Any]) -> dict[str, Any]:
+    """Return a loop as data.
+
+    Args:
+        sets: The loop, with the conditions of the claims.
+        claims: Of each its text and its times, in periods; the last one None for all times.
+        starts, params: Ends of the ranges of the states at the begin, those of plants first, and of the params.
+    """
+    equations = sets.equations
+    if equations.rates:
+        raise NoCertificateError("controllers at several rates have no operation in a certificate")
+    if sets.columns:
+        raise NoCertificateError("noise and signals of files have no operation in a certificate")
+    new = _Translation()
+    groups = {"state": sets.plant, "memory": sets.memory, "held": sets.held, "param": sets.free,
+              "disturbance": [*equations.disturbances]}  # fmt: skip
+    inputs = {TIME: new.add("time")}
+    for kind, names in groups.items():
+        inputs |= {name: new.add(kind, k) for k, name in enumerate(names)}
+    between = new.translated(sets.flow.nodes, inputs, sets.flow.nodes.values)
+    rates = [between[v] for v in sets.flow.nodes.values]
+    sampled = new.translated(sets.sample, {k: v for k, v in inputs.items() if k not in sets.held}, sets.sample.values)
+    rounding = new.add("error", ROUNDING)
+    values = [new.add("+", sampled[v], rounding) for v in sets.sample.values]
+    compared = [p for c in sets.claims.conditions for p in [c]]
+    places = new.translated(sets.claims, inputs, compared)
+    data = [
+        {"text": text, "condition": new.condition(sets.claims, places, at), "from": begin, "until": end}
+        for (text, begin, end), at in zip(claims, sets.claims.conditions, strict=True)
+    ]
+    ends = [c["until"] for c in data]
+    last = None if None in ends else max(ends, default=0)
+    for k, state in enumerate(equations.plant_states):
+        for end, sign in ((state.low, 1.0), (state.high, -1.0)):
+            if math.isfinite(end):
+                above = new.add("+", new.add("*", new.number(sign), inputs[state.name]), new.number(-sign * end))
+                data.append({"text": f"'{state.name}' is in its range", "condition": [">=", above], "from": 0, "until": last})
+    for at in new.positive:
+        data.append({"text": "a root is real", "condition": [">=", at], "from": 0, "until": last})
+    count = len(sets.held)
+    return {
+        "nodes": new.nodes, "tables": new.tables, "rates": rates, "held": values[:count], "next": values[count:],
+        "period": equations.step, "params": [*params], "start": [*starts],
+        "disturbances": [[low, high] for low, high, _ in equations.disturbances.values()],
+        "names": {kind: [*names] for kind, names in groups.items()}, "claims": data,
+    }  # fmt: skip
+
+
+class Search:
+    """The hints of a run, found sample by sample.
+
+    Args:
+        loop: The checker of the loop.
+        ranges: Of the params, then of the states.
+    """
+
+    def __init__(self, loop: Loop, ranges: Sequence[Any]) -> None:
+        self.loop = loop
+        box = [verify.between(verify.number(low)[0], verify.number(high)[0] + 1) for low, high in ranges]
+        forms = [[a[0], 0, *[0] * i, a[1]] for i, a in enumerate(box)]
+        self.fixed = {("param", i): a for i, a in enumerate(forms[: loop.params])}
+        self.fixed |= {("disturbance", i): w for i, w in enumerate(loop.noise)}
+        self.rows = forms[loop.params :]
+        self.steps: list[dict[str, Any]] = []
+        self.before: list[list[int]] = []
+
+    def sample(self) -> tuple[Values, dict[str, Any]]:
+        """Return the values at a sample, and the planes of all tables."""
+        n, k = len(self.loop.rates), len(self.steps)
+        inputs = self.fixed | {("state", i): a for i, a in enumerate(self.rows[:n])}
+        inputs |= {("memory", i): a for i, a in enumerate(self.rows[n:])} | {("time",): [k * self.loop.period, 0]}
+        hints: dict[str, Any] = {}
+        values = Values(self.loop, inputs, None, hints)
+        for i, (op, *rest) in enumerate(self.loop.nodes):
+            if op == "table":
+                hints[str(i)] = _plane(*self.loop.tables[rest[0]], [values(p) for p in rest[1:]])
+        return values, hints
+
+    def period(self, anchor: bool = False) -> None:
+        """Find the hints of a period, and go on by it."""
+        loop, n, k = self.loop, len(self.loop.rates), len(self.steps)
+        sample, hints = self.sample()
+        hint: dict[str, Any] = {"tables": hints}
+        inputs = sample.inputs | {("held", i): sample(v) for i, v in enumerate(loop.values)}
+        count = 1
+        while True:
+            hint["parts"], x = [], self.rows[:n]
+            try:
+                for j in range(count):
+                    a, b = ((k * count + i) * loop.period // count for i in (j, j + 1))
+                    hint["parts"].append(self.part(inputs, x, a, b - a))
+                    x, _, _ = loop.advance(inputs, x, a, b - a, hint["parts"][-1])
+                break
+            except AssertionError:
+                count *= 2
+                if count > _PARTS:
+                    raise
+        self.before, rows = self.rows, [*x, *(sample(v) for v in loop.next)]
+        width = max(map(len, rows))
+        self.rows = [
+            [a[0], 0, *a[2:], *[0] * (width - len(a) + i), a[1], *[0] * (len(rows) - 1 - i)] for i, a in enumerate(rows)
+        ]
+        if anchor or len(self.rows[0]) - 2 - loop.params > _MOST * len(rows):
+            hint["set"] = self.smaller(anchor)
+        self.steps.append(hint)
+
+    def part(self, inputs: Any, x: list[list[int]], begin: int, step: int) -> dict[str, Any]:
+        """Return a tube over a part of a period.
+
+        Raises:
+            AssertionError: If none is found.
+        """
+        loop, starts = self.loop, [verify.ends(a) for a in x]
+        fixed = inputs | {("time",): verify.between(begin, begin + step)}
+        tube = starts
+        for attempt in range(12):
+            held = {("state", i): verify.between(*t) for i, t in enumerate(tube)}
+            values = Values(loop, fixed | held)
+            moved = []
+            for (low, high), r in zip(starts, loop.rates, strict=True):
+                slow, fast = verify.ends(values(r))
+                moved.append((low + min(0, slow * step >> verify.BITS), high + max(0, (fast * step >> verify.BITS) + 1)))
+            if attempt and all(a <= c and d <= b for (a, b), (c, d) in zip(tube, moved, strict=True)):
+                hint = {"tube": [[a / ONE, b / ONE] for a, b in tube], "order": _ORDER}
+                return hint | ({"apart": self._apart(values.inputs, step)} if loop.noise else {})
+            grown = []
+            for low, high in moved:
+                more = (high - low) // 20 + (ONE >> 40)
+                grown.append([_rounded((low - more) / ONE), _rounded((high + more) / ONE)])
+            tube = [(verify.number(a)[0], verify.number(b)[0]) for a, b in grown]
+        raise AssertionError("no tube is found")
+
+    def _apart(self, inputs: Any, step: int) -> list[float]:
+        """Return how far disturbances may move each state."""
+        n = len(self.loop.rates)
+        keys = [*(("state", j) for j in range(n)), *(("disturbance", j) for j in range(len(self.loop.noise)))]
+        slopes = [Values(self.loop, inputs, {key: [ONE, 0]}) for key in keys]
+        largest = np.array([[max(map(abs, verify.ends(s(r, 1)))) / ONE for s in slopes] for r in self.loop.rates])
+        sources = largest[:, n:] @ np.array([w[1] / ONE for w in self.loop.noise])
+        apart = np.zeros(n)
+        for _ in range(60):
+            apart = step / ONE * (largest[:, :n] @ apart + sources) * (1.0 + 1e-9) + 1e-24
+        return [float(a) for a in apart * 1.001]
+
+    def smaller(self, anchor: bool) -> dict[str, Any]:
+        """Return a set of fewer symbols that holds the set, and go on with it."""
+        kept = self.loop.params
+        rows = np.array([[x / ONE for x in r] for r in self.rows])
+        g = rows[:, 2 + kept :]
+        scale = np.maximum(np.abs(g).sum(1), 1e-15)
+        width = min(len(r) for r in self.before)
+        motion = modes(*([np.array([[x / ONE for x in a[:width]]]) for a in r] for r in (self.before, self.rows)))
+        columns, _ = _boxed(np.concatenate([g, np.diag(1e-9 * scale)], 1), scale, motion)
+        columns = columns * (1.02 if anchor else 1.0 + 1e-9)
+        hint = {"basis": columns.tolist(), "inverse": np.linalg.inv(columns).tolist(), "slack": (1e-11 * scale).tolist()}
+        basis, slack = verify.rough(hint["basis"]), verify.rough(hint["slack"])
+        self.rows = [[a[0], e, *a[2 : 2 + kept], *row] for a, e, row in zip(self.rows, slack, basis, strict=True)]
+        return hint | ({"anchor": True} if anchor else {})
+
+
+def _rounded(x: float) -> float:
+    return float(f"{x:.12g}")
+
+
+def _plane(knots: Any, values: Any, inputs: list[list[int]]) -> list[list[float]]:
+    """Return the slopes of a plane near a table, and the ratios by which its inputs move together."""
+    ratios: list[float] = []
+    for other in inputs[1:]:
+        pairs = [(x / ONE, y / ONE) for x, y in zip(inputs[0][2:], other[2:], strict=False) if x]
+        pairs.sort(key=lambda p: -abs(p[0]) - abs(p[1]))
+        ratios += [y / x for x, y in pairs[:3] if abs(y) < 1e6 * abs(x)]
+    points = [*verify.corners(knots, inputs, [verify.number(r)[0] for r in ratios])]
+    heights = np.array([verify.looked_up(knots, values, p) / ONE for p in points])
+    moved = np.array([[(x - a[0]) / ONE for x, a in zip(p, inputs, strict=True)] for p in points])
+    size = np.abs(moved).max(0)
+    sure = np.where(size > 0.0, size, 1.0)
+    fitted = np.linalg.lstsq(np.concatenate([moved / sure, np.ones((len(moved), 1))], 1), heights, rcond=1e-9)[0][:-1] / sure
+    slopes = min((np.where(size > 0.0, fitted, 0.0), np.zeros(len(sure))), key=lambda s: float(np.ptp(heights - moved @ s)))
+    return [slopes.tolist(), ratios]
+
+
+def certificate_of(
+    prover: LoopProver, proved: Sequence[Always | Stable], settings: Sequence[str] = ()
+) -> tuple[dict[str, Any] | None, dict[str, str]]:
+    """Return the certificate of proved claims of a loop, None without any, and by claim why it has none.
+
+    Args:
+        prover: Of the loop.
+        proved: Claims in its `own` that are proved.
+        settings: `NAME=VALUE` for params that differ from those of the file.
+    """
+    reasons: dict[str, str] = {}
+    timed = [c for c in proved if isinstance(c, Always) and not c.forever]
+    for claim in proved:
+        if claim not in timed:
+            reasons[guarantee_text(claim)] = "certificates are written for claims about finite times"
+    if not timed:
+        return None, reasons
+    try:
+        return _source(prover.loop, proved, settings) | _finite(prover, timed), reasons
+    except (NoCertificateError, AssertionError) as error:
+        return None, reasons | {guarantee_text(c): str(error) for c in timed}
+
+
+def _source(item: LoopBlock, claims: Sequence[Always | Stable], settings: Sequence[str]) -> dict[str, Any]:
+    """Return where a loop comes from: files with their hashes, and the lines of the claims."""
+    blocks = (item, *item.systems, *item.controllers, *item.plants, *(s for c in item.controllers for s in c.systems))
+    paths = dict.fromkeys(b.path for b in blocks if b.path)
+    hashes = {p: hashlib.sha256(Path(p).read_bytes()).hexdigest() for p in paths if Path(p).is_file()}
+    lines = [f"require {guarantee_text(c)}" for c in claims]
+    return {"kind": "loop", "loop": item.name, "lines": lines, "sha256": hashes, "settings": [*settings]}
+
+
+def _finite(prover: LoopProver, claims: Sequence[Always]) -> dict[str, Any]:
+    number, loop = prover.loop.number, prover.loop
+    ends = [number(loop.duration) if c.end is None else number(c.end) for c in claims]
+    sets = prover.sets(claims, max(ends))
+    begins = [0.0 if c.begin is None else number(c.begin) for c in claims]
+    timed = [
+        (guarantee_text(c), _periods(begin, sets.equations.step), _periods(end, sets.equations.step))
+        for c, begin, end in zip(claims, begins, ends, strict=True)
+    ]
+    at = {d.state: [d.low, d.high] for d in prover.dimensions if d.state}
+    starts = [at.get(s.name, [s.start, s.start]) for s in (*sets.equations.plant_states, *sets.equations.states)]
+    params = [[d.low, d.high] for d in prover.dimensions if not d.state]
+    problem = problem_of(sets, timed, starts, params)
+    search = Search(Loop(problem), [*params, *starts])
+    while len(search.steps) < max(c["until"] for c in problem["claims"]):
+        search.period()
+    steps = [*search.steps, {"tables": search.sample()[1]}]
+    return problem | {"proofs": [{"claims": [*range(len(problem["claims"]))], "steps": steps}]}
+
+
+def _periods(time: float, step: float) -> float:
+    """Return a time in periods; one that differs from a sample by rounding is this sample."""
+    count = time / step
+    return float(round(count)) if abs(count - round(count)) <= ALIGNED * max(count, 1.0) else count
