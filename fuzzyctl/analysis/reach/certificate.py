@@ -7,6 +7,7 @@ tubes and bases, are proposed in floating point and tried at once.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -19,18 +20,20 @@ from fuzzyctl.analysis.reach.prover import LoopProver
 from fuzzyctl.analysis.reach.reach import ReachableSets
 from fuzzyctl.analysis.reach.series import Nodes
 from fuzzyctl.analysis.reach.sets import _boxed, modes
-from fuzzyctl.analysis.reach.surfaces import SystemSurface
+from fuzzyctl.analysis.reach.surfaces import SystemSurface, _over_slabs, _slopes
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.model.loop import TIME, Always, Stable
 from fuzzyctl.model.loop import Loop as LoopBlock
 from fuzzyctl.simulation.sample_times import ALIGNED
-from fuzzyctl.analysis.verify import ONE, Loop, Values
+from fuzzyctl.analysis.verify import ONE, Loop, keyed
 
 #: What rounding may add to each value of a controller.
 ROUNDING: Final = 1e-12
 #: Order of the Taylor polynomials, and most parts of a period.
 _ORDER: Final = 4
 _PARTS: Final = 64
+#: Most clauses of a claim.
+_CLAUSES: Final = 64
 #: Symbols for each state from which on they are reduced, and to which.
 _MOST: Final = 40
 
@@ -65,12 +68,21 @@ class _Translation:
         return self.add("const", value)
 
     def negative(self, a: int) -> int:
-        return self.add("*", self.number(-1.0), a)
+        op, value = self.nodes[a][:2]
+        return self.number(-value) if op == "const" else self.product(self.number(-1.0), a)
+
+    def sum(self, a: int, b: int) -> int:
+        nothing = ["const", 0.0]
+        return b if self.nodes[a] == nothing else a if self.nodes[b] == nothing else self.add("+", a, b)
+
+    def product(self, a: int, b: int) -> int:
+        one = ["const", 1.0]
+        return b if self.nodes[a] == one else a if self.nodes[b] == one else self.add("*", a, b)
 
     def larger(self, a: int, b: int) -> int:
         """Return max(a, b) = (a + b + |a - b|) / 2."""
-        difference = self.add("+", a, self.negative(b))
-        return self.add("*", self.number(0.5), self.add("+", self.add("+", a, b), self.add("abs", difference)))
+        difference = self.sum(a, self.negative(b))
+        return self.product(self.number(0.5), self.sum(self.sum(a, b), self.add("abs", difference)))
 
     def wave(self, kind: str, a: int) -> int:
         place = len(self.nodes)
@@ -81,7 +93,7 @@ class _Translation:
                 self.nodes.append([name, a, other])
         return self._known[repr((kind, a))]
 
-    def translated(self, nodes: Nodes, inputs: dict[str, int], wanted: Sequence[int]) -> list[int]:
+    def translated(self, nodes: Nodes, inputs: dict[str, Item], wanted: Sequence[int]) -> list[int]:
         """Return for each node its operation, -1 for those that the wanted ones do not need."""
         needed: set[int] = set()
         stack = [*wanted]
@@ -95,7 +107,7 @@ class _Translation:
             places[at] = self._place(nodes, at, places, inputs)
         return places
 
-    def _place(self, nodes: Nodes, at: int, places: Sequence[int], inputs: dict[str, int]) -> int:
+    def _place(self, nodes: Nodes, at: int, places: Sequence[int], inputs: dict[str, Item]) -> int:
         node = nodes.nodes[at]
         parts = [places[p] for p in node.parts]
         if -1 in parts and node.kind not in ("max", "min", "output", "compare", "logic", "where"):
@@ -104,15 +116,19 @@ class _Translation:
             case "number":
                 return self.number(node.detail) if math.isfinite(node.detail) else -1
             case "input":
-                return inputs[node.detail]
+                return self.add(*inputs[node.detail])
             case "negative":
                 return self.negative(parts[0])
             case "sin" | "cos":  # each has its partner for its slope
                 return self.wave(node.kind, parts[0])
-            case "+" | "*" | "exp":
-                return self.add(node.kind, *parts)
+            case "+":
+                return self.sum(*parts)
+            case "*":
+                return self.product(*parts)
+            case "exp":
+                return self.add("exp", *parts)
             case "/":
-                return self.add("*", parts[0], self.add("inverse", parts[1]))
+                return self.product(parts[0], self.add("inverse", parts[1]))
             case "sqrt":
                 if not nodes.nodes[node.parts[0]].positive and parts[0] not in self.positive:
                     self.positive.append(parts[0])
@@ -145,7 +161,7 @@ class _Translation:
         place = self.add("table", self._table(grid.knots, table.value), *inputs)
         if table.weight:
             weight = self.add("table", self._table(grid.knots, table.weight), *inputs)
-            place = self.add("*", place, self.add("inverse", weight))
+            place = self.product(place, self.add("inverse", weight))
         return self.add("+", place, self.add("error", 2.0 * error)) if error else place
 
     def _table(self, knots: Sequence[Sequence[float]], values: Sequence[float]) -> int:
@@ -155,34 +171,42 @@ class _Translation:
             self.tables.append(data)
         return self.tables.index(data)
 
-    def condition(self, nodes: Nodes, places: Sequence[int], at: int, wanted: bool = True) -> Item:
-        """Return a condition, or its negation."""
+    def clauses(self, nodes: Nodes, places: Sequence[int], at: int, wanted: bool = True) -> list[list[list[int]]]:
+        """Return a condition, or its negation: of each clause one node must be at least 0, or above it if marked by 1.
+
+        Raises:
+            NoCertificateError: If there are too many clauses, or it has no such form.
+        """
         node = nodes.nodes[at]
         if node.kind == "logic":
             if node.detail == "not":
-                return self.condition(nodes, places, node.parts[0], not wanted)
-            op = "and" if (node.detail == "and") == wanted else "or"
-            return [op, *(self.condition(nodes, places, p, wanted) for p in node.parts)]
+                return self.clauses(nodes, places, node.parts[0], not wanted)
+            parts = [self.clauses(nodes, places, p, wanted) for p in node.parts]
+            if (node.detail == "and") == wanted:
+                return [clause for part in parts for clause in part]
+            if math.prod(map(len, parts)) > _CLAUSES:
+                raise NoCertificateError(f"a claim has more than {_CLAUSES} clauses")
+            return [list(itertools.chain(*choice)) for choice in itertools.product(*parts)]
         a, b = node.parts
         if node.detail in ("==", "!="):
             inner = nodes.nodes[a]
             if inner.kind == "where" and [nodes.nodes[p].detail for p in (*inner.parts[1:], b)] == [1.0, 0.0, 0.0]:
-                return self.condition(nodes, places, inner.parts[0], wanted == (node.detail == "!="))
+                return self.clauses(nodes, places, inner.parts[0], wanted == (node.detail == "!="))
         if places[a] < 0 or places[b] < 0:
             raise NoCertificateError("a choice has no operation in a certificate")
-        more, less = (self.add("+", places[x], self.negative(places[y])) for x, y in ((a, b), (b, a)))
+        more, less = (self.sum(places[x], self.negative(places[y])) for x, y in ((a, b), (b, a)))
         match node.detail, wanted:
             case (">", True) | ("<=", False):
-                return [">", more]
+                return [[[more, 1]]]
             case (">=", True) | ("<", False):
-                return [">=", more]
+                return [[[more, 0]]]
             case ("<", True) | (">=", False):
-                return [">", less]
+                return [[[less, 1]]]
             case ("<=", True) | (">", False):
-                return [">=", less]
+                return [[[less, 0]]]
             case ("==", True) | ("!=", False):
-                return ["and", [">=", more], [">=", less]]
-        return ["or", [">", more], [">", less]]
+                return [[[more, 0]], [[less, 0]]]
+        return [[[more, 1], [less, 1]]]
 
 
 def _known(nodes: Nodes, at: int) -> bool | None:
@@ -213,35 +237,40 @@ def problem_of(sets: ReachableSets, claims: Sequence[Any], starts: Sequence[Any]
     new = _Translation()
     groups = {"state": sets.plant, "memory": sets.memory, "held": sets.held, "param": sets.free,
               "disturbance": [*equations.disturbances]}  # fmt: skip
-    inputs = {TIME: new.add("time")}
+    inputs: dict[str, Item] = {TIME: ["time"]}
     for kind, names in groups.items():
-        inputs |= {name: new.add(kind, k) for k, name in enumerate(names)}
+        inputs |= {name: [kind, k] for k, name in enumerate(names)}
+    for k in range(len(sets.plant)):  # the first nodes are the states
+        new.add("state", k)
     between = new.translated(sets.flow.nodes, inputs, sets.flow.nodes.values)
     rates = [between[v] for v in sets.flow.nodes.values]
     sampled = new.translated(sets.sample, {k: v for k, v in inputs.items() if k not in sets.held}, sets.sample.values)
     rounding = new.add("error", ROUNDING)
     values = [new.add("+", sampled[v], rounding) for v in sets.sample.values]
-    compared = [p for c in sets.claims.conditions for p in [c]]
-    places = new.translated(sets.claims, inputs, compared)
+    places = new.translated(sets.claims, inputs, sets.claims.conditions)
     data = [
-        {"text": text, "condition": new.condition(sets.claims, places, at), "from": begin, "until": end}
+        {"text": text, "clauses": new.clauses(sets.claims, places, at), "from": begin, "until": end}
         for (text, begin, end), at in zip(claims, sets.claims.conditions, strict=True)
     ]
     ends = [c["until"] for c in data]
     last = None if None in ends else max(ends, default=0)
     for k, state in enumerate(equations.plant_states):
-        for end, sign in ((state.low, 1.0), (state.high, -1.0)):
-            if math.isfinite(end):
-                above = new.add("+", new.add("*", new.number(sign), inputs[state.name]), new.number(-sign * end))
-                data.append({"text": f"'{state.name}' is in its range", "condition": [">=", above], "from": 0, "until": last})
+        limits = ((1.0, state.low, state.without_low), (-1.0, state.high, state.without_high))
+        bounds = [
+            [[new.sum(new.product(new.number(sign), k), new.number(-sign * end)), int(strict)]]
+            for sign, end, strict in limits
+            if math.isfinite(end)
+        ]
+        if bounds:
+            data.append({"text": f"'{state.name}' stays in its range", "clauses": bounds, "from": 0, "until": last})
     for at in new.positive:
-        data.append({"text": "a root is real", "condition": [">=", at], "from": 0, "until": last})
+        data.append({"text": "no root of a negative number", "clauses": [[[at, 0]]], "from": 0, "until": last})
     count = len(sets.held)
     return {
         "nodes": new.nodes, "tables": new.tables, "rates": rates, "held": values[:count], "next": values[count:],
         "period": equations.step, "params": [*params], "start": [*starts],
         "disturbances": [[low, high] for low, high, _ in equations.disturbances.values()],
-        "names": {kind: [*names] for kind, names in groups.items()}, "claims": data,
+        "names": [*sets.free, *sets.plant, *sets.memory], "claims": data,
     }  # fmt: skip
 
 
@@ -255,32 +284,29 @@ class Search:
 
     def __init__(self, loop: Loop, ranges: Sequence[Any]) -> None:
         self.loop = loop
-        box = [verify.between(verify.number(low)[0], verify.number(high)[0] + 1) for low, high in ranges]
+        box = [verify.between(low, high) for low, high in verify.number(ranges)]
         forms = [[a[0], 0, *[0] * i, a[1]] for i, a in enumerate(box)]
-        self.fixed = {("param", i): a for i, a in enumerate(forms[: loop.params])}
-        self.fixed |= {("disturbance", i): w for i, w in enumerate(loop.noise)}
+        self.fixed = keyed(param=forms[: loop.params], disturbance=loop.noise)
         self.rows = forms[loop.params :]
         self.steps: list[dict[str, Any]] = []
         self.before: list[list[int]] = []
 
-    def sample(self) -> tuple[Values, dict[str, Any]]:
-        """Return the values at a sample, and the planes of all tables."""
+    def sample(self) -> tuple[dict[Any, Any], list[list[int]], dict[str, Any]]:
+        """Return the values that are held from a sample on, the next memory, and the planes of all tables."""
         n, k = len(self.loop.rates), len(self.steps)
-        inputs = self.fixed | {("state", i): a for i, a in enumerate(self.rows[:n])}
-        inputs |= {("memory", i): a for i, a in enumerate(self.rows[n:])} | {("time",): [k * self.loop.period, 0]}
+        inputs = self.fixed | keyed(state=self.rows[:n], memory=self.rows[n:]) | {("time",): [k * self.loop.period, 0]}
         hints: dict[str, Any] = {}
-        values = Values(self.loop, inputs, None, hints)
+        values = self.loop.series(inputs, None, hints)
         for i, (op, *rest) in enumerate(self.loop.nodes):
             if op == "table":
                 hints[str(i)] = _plane(*self.loop.tables[rest[0]], [values(p) for p in rest[1:]])
-        return values, hints
+        return inputs | keyed(held=[values(i) for i in self.loop.values]), [values(i) for i in self.loop.next], hints
 
     def period(self, anchor: bool = False) -> None:
         """Find the hints of a period, and go on by it."""
         loop, n, k = self.loop, len(self.loop.rates), len(self.steps)
-        sample, hints = self.sample()
+        inputs, memory, hints = self.sample()
         hint: dict[str, Any] = {"tables": hints}
-        inputs = sample.inputs | {("held", i): sample(v) for i, v in enumerate(loop.values)}
         count = 1
         while True:
             hint["parts"], x = [], self.rows[:n]
@@ -294,13 +320,13 @@ class Search:
                 count *= 2
                 if count > _PARTS:
                     raise
-        self.before, rows = self.rows, [*x, *(sample(v) for v in loop.next)]
+        self.before, rows = self.rows, [*x, *memory]
         width = max(map(len, rows))
         self.rows = [
             [a[0], 0, *a[2:], *[0] * (width - len(a) + i), a[1], *[0] * (len(rows) - 1 - i)] for i, a in enumerate(rows)
         ]
         if anchor or len(self.rows[0]) - 2 - loop.params > _MOST * len(rows):
-            hint["set"] = self.smaller(anchor)
+            hint |= {"set": self.smaller(anchor)} | ({"anchor": True} if anchor else {})
         self.steps.append(hint)
 
     def part(self, inputs: Any, x: list[list[int]], begin: int, step: int) -> dict[str, Any]:
@@ -313,27 +339,27 @@ class Search:
         fixed = inputs | {("time",): verify.between(begin, begin + step)}
         tube = starts
         for attempt in range(12):
-            held = {("state", i): verify.between(*t) for i, t in enumerate(tube)}
-            values = Values(loop, fixed | held)
+            span = fixed | keyed(state=[verify.between(*t) for t in tube])
+            values = loop.series(span)
             moved = []
             for (low, high), r in zip(starts, loop.rates, strict=True):
                 slow, fast = verify.ends(values(r))
                 moved.append((low + min(0, slow * step >> verify.BITS), high + max(0, (fast * step >> verify.BITS) + 1)))
             if attempt and all(a <= c and d <= b for (a, b), (c, d) in zip(tube, moved, strict=True)):
                 hint = {"tube": [[a / ONE, b / ONE] for a, b in tube], "order": _ORDER}
-                return hint | ({"apart": self._apart(values.inputs, step)} if loop.noise else {})
+                return hint | ({"apart": self._apart(span, step)} if loop.noise else {})
             grown = []
             for low, high in moved:
                 more = (high - low) // 20 + (ONE >> 40)
                 grown.append([_rounded((low - more) / ONE), _rounded((high + more) / ONE)])
-            tube = [(verify.number(a)[0], verify.number(b)[0]) for a, b in grown]
+            tube = verify.number(grown)
         raise AssertionError("no tube is found")
 
     def _apart(self, inputs: Any, step: int) -> list[float]:
         """Return how far disturbances may move each state."""
         n = len(self.loop.rates)
         keys = [*(("state", j) for j in range(n)), *(("disturbance", j) for j in range(len(self.loop.noise)))]
-        slopes = [Values(self.loop, inputs, {key: [ONE, 0]}) for key in keys]
+        slopes = [self.loop.series(inputs, {key: [ONE, 0]}) for key in keys]
         largest = np.array([[max(map(abs, verify.ends(s(r, 1)))) / ONE for s in slopes] for r in self.loop.rates])
         sources = largest[:, n:] @ np.array([w[1] / ONE for w in self.loop.noise])
         apart = np.zeros(n)
@@ -341,20 +367,29 @@ class Search:
             apart = step / ONE * (largest[:, :n] @ apart + sources) * (1.0 + 1e-9) + 1e-24
         return [float(a) for a in apart * 1.001]
 
-    def smaller(self, anchor: bool) -> dict[str, Any]:
+    def smaller(self, anchor: bool) -> list[Any]:
         """Return a set of fewer symbols that holds the set, and go on with it."""
         kept = self.loop.params
-        rows = np.array([[x / ONE for x in r] for r in self.rows])
+        rows = _floats(self.rows)
         g = rows[:, 2 + kept :]
         scale = np.maximum(np.abs(g).sum(1), 1e-15)
         width = min(len(r) for r in self.before)
-        motion = modes(*([np.array([[x / ONE for x in a[:width]]]) for a in r] for r in (self.before, self.rows)))
+        motion = modes(*([a[None, :width] for a in _floats(r)] for r in (self.before, self.rows)))
         columns, _ = _boxed(np.concatenate([g, np.diag(1e-9 * scale)], 1), scale, motion)
         columns = columns * (1.02 if anchor else 1.0 + 1e-9)
-        hint = {"basis": columns.tolist(), "inverse": np.linalg.inv(columns).tolist(), "slack": (1e-11 * scale).tolist()}
-        basis, slack = verify.rough(hint["basis"]), verify.rough(hint["slack"])
+        hint = [columns.tolist(), np.linalg.inv(columns).tolist(), (1e-11 * scale).tolist()]
+        basis, _, slack = verify.number(hint)
         self.rows = [[a[0], e, *a[2 : 2 + kept], *row] for a, e, row in zip(self.rows, slack, basis, strict=True)]
-        return hint | ({"anchor": True} if anchor else {})
+        return hint
+
+
+def _floats(x: Any) -> Any:
+    """Return nested lists of units as an array; rows are filled up with zeros."""
+    rows = [_floats(y) if isinstance(y, list) else y / ONE for y in x]
+    if rows and isinstance(rows[0], np.ndarray) and rows[0].ndim == 1:
+        width = max(map(len, rows))
+        rows = [np.pad(r, (0, width - len(r))) for r in rows]
+    return np.array(rows)
 
 
 def _rounded(x: float) -> float:
@@ -368,13 +403,10 @@ def _plane(knots: Any, values: Any, inputs: list[list[int]]) -> list[list[float]
         pairs = [(x / ONE, y / ONE) for x, y in zip(inputs[0][2:], other[2:], strict=False) if x]
         pairs.sort(key=lambda p: -abs(p[0]) - abs(p[1]))
         ratios += [y / x for x, y in pairs[:3] if abs(y) < 1e6 * abs(x)]
-    points = [*verify.corners(knots, inputs, [verify.number(r)[0] for r in ratios])]
-    heights = np.array([verify.looked_up(knots, values, p) / ONE for p in points])
-    moved = np.array([[(x - a[0]) / ONE for x, a in zip(p, inputs, strict=True)] for p in points])
-    size = np.abs(moved).max(0)
-    sure = np.where(size > 0.0, size, 1.0)
-    fitted = np.linalg.lstsq(np.concatenate([moved / sure, np.ones((len(moved), 1))], 1), heights, rcond=1e-9)[0][:-1] / sure
-    slopes = min((np.where(size > 0.0, fitted, 0.0), np.zeros(len(sure))), key=lambda s: float(np.ptp(heights - moved @ s)))
+    sides = list(_floats(inputs))
+    points, heights = _over_slabs(_floats(values), [_floats(k) for k in knots], sides)
+    moved = points - np.array([a[0] for a in sides])
+    slopes = min(_slopes(moved, heights), key=lambda s: float(np.ptp(heights - moved @ s)))
     return [slopes.tolist(), ratios]
 
 
@@ -426,7 +458,7 @@ def _finite(prover: LoopProver, claims: Sequence[Always]) -> dict[str, Any]:
     search = Search(Loop(problem), [*params, *starts])
     while len(search.steps) < max(c["until"] for c in problem["claims"]):
         search.period()
-    steps = [*search.steps, {"tables": search.sample()[1]}]
+    steps = [*search.steps, {"tables": search.sample()[2], "parts": []}]
     return problem | {"proofs": [{"claims": [*range(len(problem["claims"]))], "steps": steps}]}
 
 
