@@ -159,8 +159,8 @@ def _write_certificate(path: str, proofs: Sequence[Proof], choice: Choice) -> di
             lacking |= dict.fromkeys((v.claim for v in proof.verdicts), "certificates are written for claims of loops")
             continue
         claims = [c for c, v in zip(proof.prover.own, proof.verdicts, strict=True) if isinstance(v, Proved)]
-        part, reasons = certificate_of(proof.prover, claims, choice.settings)
-        parts += [part] if part is not None else []
+        certified, reasons = certificate_of(proof.prover, claims, choice.settings)
+        parts += certified
         lacking |= reasons
     if parts:
         with written_whole(path) as temporary:

@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 
 from fuzzyctl.analysis import verify
-from fuzzyctl.analysis.reach.prover import LoopProver
+from fuzzyctl.analysis.reach.prover import ANCHORS, LoopProver
 from fuzzyctl.analysis.reach.reach import ReachableSets
 from fuzzyctl.analysis.reach.series import Nodes
 from fuzzyctl.analysis.reach.sets import _boxed, modes
@@ -25,6 +25,7 @@ from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.model.loop import TIME, Always, Stable
 from fuzzyctl.model.loop import Loop as LoopBlock
 from fuzzyctl.simulation.sample_times import ALIGNED
+from fuzzyctl.analysis.work import clock
 from fuzzyctl.analysis.verify import ONE, Loop, keyed
 
 #: What rounding may add to each value of a controller.
@@ -34,6 +35,10 @@ _ORDER: Final = 4
 _PARTS: Final = 64
 #: Most clauses of a claim.
 _CLAUSES: Final = 64
+#: Lines along which the inputs of a table move together.
+_SHEARS: Final = 4
+#: Seconds that the search for an invariant set may take.
+_SECONDS: Final = 60.0
 #: Symbols for each state from which on they are reduced, and to which.
 _MOST: Final = 40
 
@@ -125,8 +130,8 @@ class _Translation:
                 return self.sum(*parts)
             case "*":
                 return self.product(*parts)
-            case "exp":
-                return self.add("exp", *parts)
+            case "exp":  # its own slope
+                return self.add("exp", *parts, len(self.nodes))
             case "/":
                 return self.product(parts[0], self.add("inverse", parts[1]))
             case "sqrt":
@@ -249,10 +254,10 @@ def problem_of(sets: ReachableSets, claims: Sequence[Any], starts: Sequence[Any]
     values = [new.add("+", sampled[v], rounding) for v in sets.sample.values]
     places = new.translated(sets.claims, inputs, sets.claims.conditions)
     data = [
-        {"text": text, "clauses": new.clauses(sets.claims, places, at), "from": begin, "until": end}
+        [text, new.clauses(sets.claims, places, at), begin, end]
         for (text, begin, end), at in zip(claims, sets.claims.conditions, strict=True)
     ]
-    ends = [c["until"] for c in data]
+    ends = [end for *_, end in data]
     last = None if None in ends else max(ends, default=0)
     for k, state in enumerate(equations.plant_states):
         limits = ((1.0, state.low, state.without_low), (-1.0, state.high, state.without_high))
@@ -262,9 +267,9 @@ def problem_of(sets: ReachableSets, claims: Sequence[Any], starts: Sequence[Any]
             if math.isfinite(end)
         ]
         if bounds:
-            data.append({"text": f"'{state.name}' stays in its range", "clauses": bounds, "from": 0, "until": last})
+            data.append([f"'{state.name}' stays in its range", bounds, 0, last])
     for at in new.positive:
-        data.append({"text": "no root of a negative number", "clauses": [[[at, 0]]], "from": 0, "until": last})
+        data.append(["no root of a negative number", [[[at, 0]]], 0, last])
     count = len(sets.held)
     return {
         "nodes": new.nodes, "tables": new.tables, "rates": rates, "held": values[:count], "next": values[count:],
@@ -328,6 +333,32 @@ class Search:
         if anchor or len(self.rows[0]) - 2 - loop.params > _MOST * len(rows):
             hint |= {"set": self.smaller(anchor)} | ({"anchor": True} if anchor else {})
         self.steps.append(hint)
+
+    def return_(self, begin: float, until: float) -> None:
+        """Go on until a set lies within an earlier one.
+
+        Args:
+            begin: The first sample that a claim is about.
+            until: Processor seconds at which the time is over.
+
+        Raises:
+            NoCertificateError: If none does in time.
+        """
+        p, anchor = self.loop.params, None
+        while True:
+            k = len(self.steps) + 1
+            place = k in ANCHORS and k >= begin
+            self.period(place)
+            if place:
+                anchor = self.rows, *verify.number(self.steps[-1]["set"])
+            elif anchor is not None:
+                apart = [verify.add(a, [-x for x in b[: 2 + p]]) for a, b in zip(self.rows, anchor[0], strict=True)]
+                columns = [*zip(*([a[0], *a[2:]] for a in apart), strict=True)]
+                with suppress(AssertionError):
+                    verify.cover(columns, *anchor[1:], "")
+                    return
+            if clock.used() > until:
+                raise NoCertificateError(f"no set of the first {k} periods lies in an earlier one")
 
     def part(self, inputs: Any, x: list[list[int]], begin: int, step: int) -> dict[str, Any]:
         """Return a tube over a part of a period.
@@ -397,40 +428,39 @@ def _rounded(x: float) -> float:
 
 
 def _plane(knots: Any, values: Any, inputs: list[list[int]]) -> list[list[float]]:
-    """Return the slopes of a plane near a table, and the ratios by which its inputs move together."""
+    """Return the slopes of a plane near a table, and those of lines along which its inputs move together."""
     ratios: list[float] = []
-    for other in inputs[1:]:
+    for other in inputs[1:]:  # of the symbols that move both most
         pairs = [(x / ONE, y / ONE) for x, y in zip(inputs[0][2:], other[2:], strict=False) if x]
         pairs.sort(key=lambda p: -abs(p[0]) - abs(p[1]))
-        ratios += [y / x for x, y in pairs[:3] if abs(y) < 1e6 * abs(x)]
+        ratios += [y / x for x, y in pairs[:_SHEARS] if abs(y) < 1e6 * abs(x)]
     sides = list(_floats(inputs))
     points, heights = _over_slabs(_floats(values), [_floats(k) for k in knots], sides)
     moved = points - np.array([a[0] for a in sides])
     slopes = min(_slopes(moved, heights), key=lambda s: float(np.ptp(heights - moved @ s)))
-    return [slopes.tolist(), ratios]
+    return [[float(x) for x in slopes], ratios]
 
 
 def certificate_of(
     prover: LoopProver, proved: Sequence[Always | Stable], settings: Sequence[str] = ()
-) -> tuple[dict[str, Any] | None, dict[str, str]]:
-    """Return the certificate of proved claims of a loop, None without any, and by claim why it has none.
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Return the certificates of proved claims of a loop, and by claim why it has none.
 
     Args:
         prover: Of the loop.
         proved: Claims in its `own` that are proved.
         settings: `NAME=VALUE` for params that differ from those of the file.
     """
-    reasons: dict[str, str] = {}
-    timed = [c for c in proved if isinstance(c, Always) and not c.forever]
-    for claim in proved:
-        if claim not in timed:
-            reasons[guarantee_text(claim)] = "certificates are written for claims about finite times"
-    if not timed:
-        return None, reasons
-    try:
-        return _source(prover.loop, proved, settings) | _finite(prover, timed), reasons
-    except (NoCertificateError, AssertionError) as error:
-        return None, reasons | {guarantee_text(c): str(error) for c in timed}
+    groups: list[list[Always]] = [[c for c in proved if isinstance(c, Always) and not c.forever]]
+    groups += [[c] for c in proved if isinstance(c, Always) and c.forever]
+    reasons = {guarantee_text(c): "contraction has no certificate yet" for c in proved if not isinstance(c, Always)}
+    parts = []
+    for claims in filter(None, groups):
+        try:
+            parts.append(_source(prover.loop, claims, settings) | _certified(prover, claims))
+        except (NoCertificateError, AssertionError) as error:
+            reasons |= {guarantee_text(c): str(error) for c in claims}
+    return parts, reasons
 
 
 def _source(item: LoopBlock, claims: Sequence[Always | Stable], settings: Sequence[str]) -> dict[str, Any]:
@@ -442,13 +472,15 @@ def _source(item: LoopBlock, claims: Sequence[Always | Stable], settings: Sequen
     return {"kind": "loop", "loop": item.name, "lines": lines, "sha256": hashes, "settings": [*settings]}
 
 
-def _finite(prover: LoopProver, claims: Sequence[Always]) -> dict[str, Any]:
-    number, loop = prover.loop.number, prover.loop
-    ends = [number(loop.duration) if c.end is None else number(c.end) for c in claims]
-    sets = prover.sets(claims, max(ends))
+def _certified(prover: LoopProver, claims: Sequence[Always]) -> dict[str, Any]:
+    """Return the certificate of claims that end together, or never."""
+    number, loop, forever = prover.loop.number, prover.loop, claims[0].forever
+    ends = [math.inf if forever else number(loop.duration if c.end is None else c.end) for c in claims]
     begins = [0.0 if c.begin is None else number(c.begin) for c in claims]
+    sets = prover.sets(claims, max(ends))
+    step = sets.equations.step
     timed = [
-        (guarantee_text(c), _periods(begin, sets.equations.step), _periods(end, sets.equations.step))
+        (guarantee_text(c), _periods(begin, step), None if forever else _periods(end, step))
         for c, begin, end in zip(claims, begins, ends, strict=True)
     ]
     at = {d.state: [d.low, d.high] for d in prover.dimensions if d.state}
@@ -456,9 +488,13 @@ def _finite(prover: LoopProver, claims: Sequence[Always]) -> dict[str, Any]:
     params = [[d.low, d.high] for d in prover.dimensions if not d.state]
     problem = problem_of(sets, timed, starts, params)
     search = Search(Loop(problem), [*params, *starts])
-    while len(search.steps) < max(c["until"] for c in problem["claims"]):
-        search.period()
-    steps = [*search.steps, {"tables": search.sample()[2], "parts": []}]
+    if forever:
+        search.return_(max(begin for _, begin, _ in timed), clock.used() + _SECONDS)
+        steps = search.steps
+    else:
+        while len(search.steps) < max(end for *_, end in timed):
+            search.period()
+        steps = [*search.steps, {"tables": search.sample()[2], "parts": []}]
     return problem | {"proofs": [{"claims": [*range(len(problem["claims"]))], "steps": steps}]}
 
 

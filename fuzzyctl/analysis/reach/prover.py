@@ -35,7 +35,7 @@ _TOGETHER: Final = 8
 #: Most open boxes that a verdict shows.
 _SHOWN: Final = 3
 #: Numbers of periods at which a set is replaced by a parallelotope that later sets may lie in.
-_ANCHORS: Final = frozenset(round(100 * 1.6**k) for k in range(24))
+ANCHORS: Final = frozenset(round(100 * 1.6**k) for k in range(24))
 
 #: Members that are run to refute claims, and their time as a part of that of the proofs.
 DRAWN: Final = 64
@@ -347,7 +347,7 @@ class LoopProver:
                 return None
             motion = modes(previous[0], rows) if previous else None
             previous[:] = [rows]
-            if period // rate in _ANCHORS and period * sets.equations.step >= begin:
+            if period // rate in ANCHORS and period * sets.equations.step >= begin:
                 anchor[:] = [Parallelotope(rows, params, motion)]
                 previous.clear()
                 return anchor[0].rows
