@@ -9,7 +9,8 @@ from __future__ import annotations
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,12 +22,12 @@ from fuzzyctl.analysis.reach.reach import ReachableSets
 from fuzzyctl.analysis.reach.series import Nodes
 from fuzzyctl.analysis.reach.sets import _boxed, modes
 from fuzzyctl.analysis.reach.surfaces import SystemSurface, _over_slabs, _slopes
+from fuzzyctl.analysis.verify import ONE, Loop, keyed
+from fuzzyctl.analysis.work import clock
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.model.loop import TIME, Always, Stable
 from fuzzyctl.model.loop import Loop as LoopBlock
 from fuzzyctl.simulation.sample_times import ALIGNED
-from fuzzyctl.analysis.work import clock
-from fuzzyctl.analysis.verify import ONE, Loop, keyed
 
 #: What rounding may add to each value of a controller.
 ROUNDING: Final = 1e-12
@@ -40,7 +41,8 @@ _SHEARS: Final = 4
 #: Seconds that the search for an invariant set may take.
 _SECONDS: Final = 60.0
 #: Symbols for each state from which on they are reduced, and to which.
-_MOST: Final = 40
+_MOST: Final = 16
+_LEFT: Final = 7
 
 Item = list[Any]
 
@@ -215,7 +217,7 @@ class _Translation:
 
 
 def _known(nodes: Nodes, at: int) -> bool | None:
-    """Return whether a condition holds for all real numbers, or for none; None for neither: x != x says that x is NaN."""
+    """Return whether a condition holds for all real numbers or for none, else None; x != x says that x is NaN."""
     node = nodes.nodes[at]
     if node.kind == "compare":
         return node.detail in ("==", "<=", ">=") if node.parts[0] == node.parts[1] else None
@@ -226,7 +228,9 @@ def _known(nodes: Nodes, at: int) -> bool | None:
     return sure if sure in known else None if None in known else not sure
 
 
-def problem_of(sets: ReachableSets, claims: Sequence[Any], starts: Sequence[Any], params: Sequence[Any]) -> dict[str, Any]:
+def problem_of(
+    sets: ReachableSets, claims: Sequence[Any], starts: Sequence[Any], params: Sequence[Any]
+) -> dict[str, Any]:
     """Return a loop as data.
 
     Args:
@@ -304,7 +308,7 @@ class Search:
         values = self.loop.series(inputs, None, hints)
         for i, (op, *rest) in enumerate(self.loop.nodes):
             if op == "table":
-                hints[str(i)] = _plane(*self.loop.tables[rest[0]], [values(p) for p in rest[1:]])
+                hints[str(i)] = _plane(self.loop.tables[rest[0]], [values(p) for p in rest[1:]])
         return inputs | keyed(held=[values(i) for i in self.loop.values]), [values(i) for i in self.loop.next], hints
 
     def period(self, anchor: bool = False) -> None:
@@ -331,7 +335,7 @@ class Search:
             [a[0], 0, *a[2:], *[0] * (width - len(a) + i), a[1], *[0] * (len(rows) - 1 - i)] for i, a in enumerate(rows)
         ]
         if anchor or len(self.rows[0]) - 2 - loop.params > _MOST * len(rows):
-            hint |= {"set": self.smaller(anchor)} | ({"anchor": True} if anchor else {})
+            hint |= self.smaller(anchor) | ({"anchor": True} if anchor else {})
         self.steps.append(hint)
 
     def return_(self, begin: float, until: float) -> None:
@@ -344,7 +348,8 @@ class Search:
         Raises:
             NoCertificateError: If none does in time.
         """
-        p, anchor = self.loop.params, None
+        p = self.loop.params
+        anchor: Any = None
         while True:
             k = len(self.steps) + 1
             place = k in ANCHORS and k >= begin
@@ -355,7 +360,7 @@ class Search:
                 apart = [verify.add(a, [-x for x in b[: 2 + p]]) for a, b in zip(self.rows, anchor[0], strict=True)]
                 columns = [*zip(*([a[0], *a[2:]] for a in apart), strict=True)]
                 with suppress(AssertionError):
-                    verify.cover(columns, *anchor[1:], "")
+                    verify.cover(columns, anchor[1], anchor[2], anchor[3], "")
                     return
             if clock.used() > until:
                 raise NoCertificateError(f"no set of the first {k} periods lies in an earlier one")
@@ -375,7 +380,9 @@ class Search:
             moved = []
             for (low, high), r in zip(starts, loop.rates, strict=True):
                 slow, fast = verify.ends(values(r))
-                moved.append((low + min(0, slow * step >> verify.BITS), high + max(0, (fast * step >> verify.BITS) + 1)))
+                moved.append(
+                    (low + min(0, slow * step >> verify.BITS), high + max(0, (fast * step >> verify.BITS) + 1))
+                )
             if attempt and all(a <= c and d <= b for (a, b), (c, d) in zip(tube, moved, strict=True)):
                 hint = {"tube": [[a / ONE, b / ONE] for a, b in tube], "order": _ORDER}
                 return hint | ({"apart": self._apart(span, step)} if loop.noise else {})
@@ -398,20 +405,27 @@ class Search:
             apart = step / ONE * (largest[:, :n] @ apart + sources) * (1.0 + 1e-9) + 1e-24
         return [float(a) for a in apart * 1.001]
 
-    def smaller(self, anchor: bool) -> list[Any]:
+    def smaller(self, anchor: bool) -> dict[str, Any]:
         """Return a set of fewer symbols that holds the set, and go on with it."""
         kept = self.loop.params
         rows = _floats(self.rows)
         g = rows[:, 2 + kept :]
         scale = np.maximum(np.abs(g).sum(1), 1e-15)
+        sized = np.abs(g / scale[:, None])
+        order = np.argsort(sized.max(0) - sized.sum(0))
+        large = [] if anchor else sorted(int(k) for k in order[: _LEFT * len(rows)])
         width = min(len(r) for r in self.before)
         motion = modes(*([a[None, :width] for a in _floats(r)] for r in (self.before, self.rows)))
-        columns, _ = _boxed(np.concatenate([g, np.diag(1e-9 * scale)], 1), scale, motion)
+        rest = np.concatenate([np.delete(g, large, 1), np.diag(1e-9 * scale)], 1)
+        columns, _ = _boxed(rest, scale, motion)
         columns = columns * (1.02 if anchor else 1.0 + 1e-9)
         hint = [columns.tolist(), np.linalg.inv(columns).tolist(), (1e-11 * scale).tolist()]
         basis, _, slack = verify.number(hint)
-        self.rows = [[a[0], e, *a[2 : 2 + kept], *row] for a, e, row in zip(self.rows, slack, basis, strict=True)]
-        return hint
+        keep = [*range(kept), *(kept + k for k in large)]
+        self.rows = [
+            [a[0], e, *(a[2 + k] for k in keep), *row] for a, e, row in zip(self.rows, slack, basis, strict=True)
+        ]
+        return {"set": hint, "keep": keep[kept:]}
 
 
 def _floats(x: Any) -> Any:
@@ -427,7 +441,7 @@ def _rounded(x: float) -> float:
     return float(f"{x:.12g}")
 
 
-def _plane(knots: Any, values: Any, inputs: list[list[int]]) -> list[list[float]]:
+def _plane(table: Any, inputs: list[list[int]]) -> list[list[float]]:
     """Return the slopes of a plane near a table, and those of lines along which its inputs move together."""
     ratios: list[float] = []
     for other in inputs[1:]:  # of the symbols that move both most
@@ -435,6 +449,7 @@ def _plane(knots: Any, values: Any, inputs: list[list[int]]) -> list[list[float]
         pairs.sort(key=lambda p: -abs(p[0]) - abs(p[1]))
         ratios += [y / x for x, y in pairs[:_SHEARS] if abs(y) < 1e6 * abs(x)]
     sides = list(_floats(inputs))
+    knots, values = table
     points, heights = _over_slabs(_floats(values), [_floats(k) for k in knots], sides)
     moved = points - np.array([a[0] for a in sides])
     slopes = min(_slopes(moved, heights), key=lambda s: float(np.ptp(heights - moved @ s)))
@@ -484,7 +499,9 @@ def _certified(prover: LoopProver, claims: Sequence[Always]) -> dict[str, Any]:
         for c, begin, end in zip(claims, begins, ends, strict=True)
     ]
     at = {d.state: [d.low, d.high] for d in prover.dimensions if d.state}
-    starts = [at.get(s.name, [s.start, s.start]) for s in (*sets.equations.plant_states, *sets.equations.states)]
+    states = [(s.name, s.start) for s in sets.equations.plant_states]
+    states += [(s.name, s.start) for s in sets.equations.states]
+    starts = [at.get(name, [start, start]) for name, start in states]
     params = [[d.low, d.high] for d in prover.dimensions if not d.state]
     problem = problem_of(sets, timed, starts, params)
     search = Search(Loop(problem), [*params, *starts])
@@ -492,7 +509,7 @@ def _certified(prover: LoopProver, claims: Sequence[Always]) -> dict[str, Any]:
         search.return_(max(begin for _, begin, _ in timed), clock.used() + _SECONDS)
         steps = search.steps
     else:
-        while len(search.steps) < max(end for *_, end in timed):
+        while len(search.steps) < max(_periods(end, step) for end in ends):
             search.period()
         steps = [*search.steps, {"tables": search.sample()[2], "parts": []}]
     return problem | {"proofs": [{"claims": [*range(len(problem["claims"]))], "steps": steps}]}
