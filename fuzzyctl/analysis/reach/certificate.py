@@ -40,6 +40,8 @@ _CLAUSES: Final = 64
 _SHEARS: Final = 4
 #: Seconds that the search for an invariant set may take.
 _SECONDS: Final = 60.0
+#: How often a range is halved at most, each half again.
+_CUTS: Final = 3
 #: Symbols for each state from which on they are reduced, and to which.
 _MOST: Final = 16
 _LEFT: Final = 7
@@ -338,7 +340,7 @@ class Search:
             hint |= self.smaller(anchor) | ({"anchor": True} if anchor else {})
         self.steps.append(hint)
 
-    def return_(self, begin: float, until: float) -> None:
+    def come_back(self, begin: float, until: float) -> None:
         """Go on until a set lies within an earlier one.
 
         Args:
@@ -475,6 +477,8 @@ def certificate_of(
             parts.append(_source(prover.loop, claims, settings) | _certified(prover, claims))
         except (NoCertificateError, AssertionError) as error:
             reasons |= {guarantee_text(c): str(error) for c in claims}
+        except RecursionError:
+            reasons |= dict.fromkeys(map(guarantee_text, claims), "its equations are nested too deeply")
     return parts, reasons
 
 
@@ -504,15 +508,43 @@ def _certified(prover: LoopProver, claims: Sequence[Always]) -> dict[str, Any]:
     starts = [at.get(name, [start, start]) for name, start in states]
     params = [[d.low, d.high] for d in prover.dimensions if not d.state]
     problem = problem_of(sets, timed, starts, params)
-    search = Search(Loop(problem), [*params, *starts])
-    if forever:
-        search.return_(max(begin for _, begin, _ in timed), clock.used() + _SECONDS)
-        steps = search.steps
-    else:
-        while len(search.steps) < max(_periods(end, step) for end in ends):
-            search.period()
-        steps = [*search.steps, {"tables": search.sample()[2], "parts": []}]
-    return problem | {"proofs": [{"claims": [*range(len(problem["claims"]))], "steps": steps}]}
+    loop_, until = Loop(problem), clock.used() + _SECONDS
+    proof = _proof(loop_, [*params, *starts], until, _CUTS)
+    return problem | {"proofs": [proof | {"claims": [*range(len(loop_.claims))]}]}
+
+
+def _proof(loop: Loop, ranges: Sequence[list[float]], until: float, cuts: int) -> dict[str, Any]:
+    """Return the steps that show all claims, for two halves of the ranges if they do not show them for the whole.
+
+    Args:
+        loop: The checker of the loop.
+        ranges: Ends of the ranges of params and states.
+        until: Processor seconds at which the time is over.
+        cuts: How often a range may still be halved.
+
+    Raises:
+        AssertionError, NoCertificateError: If they do not show them.
+    """
+    search = Search(loop, ranges)
+    try:
+        if any(math.isinf(end) for *_, end in loop.claims):
+            search.come_back(max(begin for _, _, begin, _ in loop.claims) / ONE, until)
+            proof: dict[str, Any] = {"steps": search.steps}
+        else:
+            while len(search.steps) * ONE < max(end for *_, end in loop.claims):
+                search.period()
+            proof = {"steps": [*search.steps, {"tables": search.sample()[2], "parts": []}]}
+        loop.run(proof, loop.claims, ranges)
+    except AssertionError:
+        widths = [(high - low) / (abs(high) + abs(low) + 1e-9) for low, high in ranges]
+        if not cuts or clock.used() > until or max(widths) == 0.0:
+            raise
+        side = widths.index(max(widths))
+        low, high = ranges[side]
+        middle = 0.5 * (low + high)
+        halves = [[*ranges[:side], half, *ranges[side + 1 :]] for half in ([low, middle], [middle, high])]
+        return {"cut": [side, middle], "halves": [_proof(loop, half, until, cuts - 1) for half in halves]}
+    return proof
 
 
 def _periods(time: float, step: float) -> float:
