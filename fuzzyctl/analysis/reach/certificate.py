@@ -1,4 +1,4 @@
-"""Certificates of loops: what a proof has to find, for `fuzzyctl.analysis.verify`, which searches for nothing.
+"""Certificates of loops: a problem and hints for `fuzzyctl.analysis.verify`, which searches for nothing.
 
 The loop is translated into operations on numbers. The sets are those of the checker's own arithmetic: hints, such as
 tubes and bases, are proposed in floating point and tried at once.
@@ -134,7 +134,7 @@ class _Translation:
                 return self.sum(*parts)
             case "*":
                 return self.product(*parts)
-            case "exp":  # its own slope
+            case "exp":  # which is its slope
                 return self.add("exp", *parts, len(self.nodes))
             case "/":
                 return self.product(parts[0], self.add("inverse", parts[1]))
@@ -153,8 +153,8 @@ class _Translation:
             case "output":
                 call = nodes.nodes[node.parts[0]]
                 return self._output(call.detail, [places[p] for p in call.parts], node.detail)
-            case "where" if (known := _known(nodes, node.parts[0])) is not None:
-                return parts[1] if known else parts[2]
+            case "where" if (choice := _constant(nodes, node.parts[0])) is not None:
+                return parts[1] if choice else parts[2]
             case "system" | "compare" | "logic" | "where":
                 return -1
         raise NoCertificateError(f"'{node.kind}' has no operation in a certificate")
@@ -218,16 +218,16 @@ class _Translation:
         return [[[more, 1], [less, 1]]]
 
 
-def _known(nodes: Nodes, at: int) -> bool | None:
+def _constant(nodes: Nodes, at: int) -> bool | None:
     """Return whether a condition holds for all real numbers or for none, else None; x != x says that x is NaN."""
     node = nodes.nodes[at]
     if node.kind == "compare":
         return node.detail in ("==", "<=", ">=") if node.parts[0] == node.parts[1] else None
-    known = [_known(nodes, p) for p in node.parts]
+    truths = [_constant(nodes, p) for p in node.parts]
     if node.detail == "not":
-        return None if known[0] is None else not known[0]
+        return None if truths[0] is None else not truths[0]
     sure = node.detail == "or"
-    return sure if sure in known else None if None in known else not sure
+    return sure if sure in truths else None if None in truths else not sure
 
 
 def problem_of(
@@ -409,9 +409,9 @@ class Search:
 
     def smaller(self, anchor: bool) -> dict[str, Any]:
         """Return a set of fewer symbols that holds the set, and go on with it."""
-        kept = self.loop.params
+        params = self.loop.params
         rows = _floats(self.rows)
-        g = rows[:, 2 + kept :]
+        g = rows[:, 2 + params :]
         scale = np.maximum(np.abs(g).sum(1), 1e-15)
         sized = np.abs(g / scale[:, None])
         order = np.argsort(sized.max(0) - sized.sum(0))
@@ -423,11 +423,11 @@ class Search:
         columns = columns * (1.02 if anchor else 1.0 + 1e-9)
         hint = [columns.tolist(), np.linalg.inv(columns).tolist(), (1e-11 * scale).tolist()]
         basis, _, slack = verify.number(hint)
-        keep = [*range(kept), *(kept + k for k in large)]
+        keep = [*range(params), *(params + k for k in large)]
         self.rows = [
             [a[0], e, *(a[2 + k] for k in keep), *row] for a, e, row in zip(self.rows, slack, basis, strict=True)
         ]
-        return {"set": hint, "keep": keep[kept:]}
+        return {"set": hint, "keep": keep[params:]}
 
 
 def _floats(x: Any) -> Any:

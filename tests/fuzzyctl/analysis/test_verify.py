@@ -10,20 +10,31 @@ import random
 import re
 import subprocess
 import sys
+import tempfile
 import types
 from fractions import Fraction
 from pathlib import Path
 
 import pytest
 
-from fuzzyctl import loads
-from fuzzyctl.analysis import verify
-from fuzzyctl.analysis.reach.certificate import certificate_of
-from fuzzyctl.analysis.reach.prover import LoopProver
+from tests.commands import runner
 from tests.fuzzyctl.analysis.reach.loops import FUZZY, TANK
 
 ROOT = Path(__file__).parents[3]
-SOURCE = Path(verify.__file__)
+SOURCE = ROOT / "fuzzyctl" / "analysis" / "verify.py"
+prove = runner("prove")
+
+
+def changed(old="", new=""):
+    """Return the checker, or one with a changed text."""
+    text = SOURCE.read_text(encoding="utf-8")
+    assert not old or text.count(old) == 1, old
+    module = types.ModuleType("changed")
+    exec(compile(text.replace(old, new) if old else text, str(SOURCE), "exec"), module.__dict__)
+    return module
+
+
+verify = changed()
 
 #: A linear plant with a disturbance, and a controller with a memory.
 SERVO = """
@@ -79,13 +90,21 @@ TEXTS = {
 }
 
 
+def certified(path, *options):
+    """Return the certificate of all claims of a file."""
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "c.json"
+        done = prove(str(path), "--certificate", str(target), *options)
+        assert done.exit_code == 0, done.output
+        return json.loads(target.read_text(encoding="utf-8"))
+
+
 def certificate(text):
-    """Return the certificate of all claims of a loop, as a file has it."""
-    name = re.findall(r"^loop (\w+)", text, re.MULTILINE)[0]
-    loop = loads(text, block=name)
-    parts, lacking = certificate_of(LoopProver(loop, 60.0), loop.guarantees)
-    assert lacking == {}
-    return json.loads(json.dumps({"format": "fuzzyctl certificate 1", "parts": parts}))
+    """Return the certificate of all claims of a loop."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "l.fz"
+        path.write_text(text, encoding="utf-8")
+        return certified(path)
 
 
 @pytest.fixture(scope="module")
@@ -513,14 +532,6 @@ MUTANTS = {
 }  # fmt: skip
 
 
-def changed(old, new):
-    text = SOURCE.read_text(encoding="utf-8")
-    assert text.count(old) == 1, old
-    module = types.ModuleType("changed")
-    exec(compile(text.replace(old, new), "changed", "exec"), module.__dict__)
-    return module
-
-
 @pytest.mark.parametrize("name", MUTANTS)
 def test_a_rule_that_is_broken_is_found(name):
     old, new, check = MUTANTS[name]
@@ -573,10 +584,10 @@ def attack(data, seeds, fine=4):
     """Return how many tampered certificates are accepted; the claims of each of them hold in runs."""
     accepted = 0
     for seed in seeds:
-        rng, changed = random.Random(seed), copy.deepcopy(data)
-        part = rng.choice(changed["parts"])
+        rng, other = random.Random(seed), copy.deepcopy(data)
+        part = rng.choice(other["parts"])
         place = tampered(part, rng)
-        if refused(changed) is None:
+        if refused(other) is None:
             accepted += 1
             try:
                 broken = Simulated(part, seed).breaks(6, fine)
@@ -651,7 +662,7 @@ def test_the_work_that_a_file_causes_is_bounded(monkeypatch):
     part = growth(verify, steps=steps)
     part["nodes"].append(["const", 0.0])
     part["rates"] = [5]
-    assert "too much work" in refused({"format": "fuzzyctl certificate 1", "parts": [part]})
+    assert "too much work" in str(refused({"format": "fuzzyctl certificate 1", "parts": [part]}))
 
 
 def test_the_checker_is_short_and_needs_python_alone(certificates, tmp_path):
@@ -682,15 +693,7 @@ ARCH = ["attitude", "cruise", "docking", "pendulum", "tora", "unicycle"]
 
 
 def of_gallery(name):
-    from fuzzyctl.cli.loading import Choice, open_blocks
-    from fuzzyctl.model.loop import Loop
-
-    parts = []
-    for loop in open_blocks(str(ROOT / "apps" / "gallery" / f"arch_{name}" / f"arch_{name}.fz"), Choice()).of(Loop):
-        certified, lacking = certificate_of(LoopProver(loop, 60.0), loop.guarantees)
-        assert not lacking
-        parts += certified
-    return json.loads(json.dumps({"format": "fuzzyctl certificate 1", "parts": parts}))
+    return certified(ROOT / "apps" / "gallery" / f"arch_{name}" / f"arch_{name}.fz")
 
 
 def test_a_certificate_of_the_gallery_is_verified():
