@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from contextlib import suppress
+from operator import eq, ge, gt, le, lt, ne
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,6 +26,7 @@ from fuzzyctl.analysis.reach.surfaces import SystemSurface, _over_slabs, _slopes
 from fuzzyctl.analysis.verify import ONE, Loop, keyed
 from fuzzyctl.analysis.work import clock
 from fuzzyctl.formats.fz_strings import guarantee_text
+from fuzzyctl.kernels.plan.expansion import STARTED
 from fuzzyctl.model.loop import TIME, Always, Stable
 from fuzzyctl.model.loop import Loop as LoopBlock
 from fuzzyctl.simulation.sample_times import ALIGNED
@@ -45,6 +47,8 @@ _CUTS: Final = 3
 #: Symbols for each state from which on they are reduced, and to which.
 _MOST: Final = 16
 _LEFT: Final = 7
+
+_COMPARISONS: Final = {"<": lt, "<=": le, ">": gt, ">=": ge, "==": eq, "!=": ne}
 
 Item = list[Any]
 
@@ -144,7 +148,10 @@ class _Translation:
                 return self.add("sqrt", *parts)
             case "abs":
                 return self.add("abs", *parts)
-            case "max" | "min" if -1 in parts:
+            case "max" | "min" if -1 in parts:  # clamp(x, 0, inf)
+                ends = [nodes.nodes[p].detail for p in node.parts if nodes.nodes[p].kind == "number"]
+                if (-math.inf if node.kind == "max" else math.inf) not in ends or max(parts) < 0:
+                    raise NoCertificateError("a choice has no operation in a certificate")
                 return max(parts)
             case "max":
                 return self.larger(*parts)
@@ -155,6 +162,14 @@ class _Translation:
                 return self._output(call.detail, [places[p] for p in call.parts], node.detail)
             case "where" if (choice := _constant(nodes, node.parts[0])) is not None:
                 return parts[1] if choice else parts[2]
+            case "where" if (first := _at_first(nodes, node.parts[0])) is not None:
+                # The state is 0 at the first sample and 1 from then on.
+                started = self.add(*inputs[STARTED])
+                before, after = parts[1:] if first else parts[:0:-1]
+                if -1 in (before, after):
+                    raise NoCertificateError("a value may be missing")
+                change = self.sum(after, self.negative(before))
+                return self.sum(before, self.product(started, change))
             case "system" | "compare" | "logic" | "where":
                 return -1
         raise NoCertificateError(f"'{node.kind}' has no operation in a certificate")
@@ -230,6 +245,18 @@ def _constant(nodes: Nodes, at: int) -> bool | None:
     return sure if sure in truths else None if None in truths else not sure
 
 
+def _at_first(nodes: Nodes, at: int) -> bool | None:
+    """Return whether a condition holds at the first sample only (True), or at all others (False); None for neither."""
+    node = nodes.nodes[at]
+    if node.kind != "compare":
+        return None
+    parts = [nodes.nodes[p] for p in node.parts]
+    if [p.kind for p in parts] != ["input", "number"] or parts[0].detail != STARTED:
+        return None
+    holds = [bool(_COMPARISONS[node.detail](x, parts[1].detail)) for x in (0.0, 1.0)]
+    return holds[0] if holds[0] != holds[1] else None
+
+
 def problem_of(
     sets: ReachableSets, claims: Sequence[Any], starts: Sequence[Any], params: Sequence[Any]
 ) -> dict[str, Any]:
@@ -256,8 +283,13 @@ def problem_of(
     between = new.translated(sets.flow.nodes, inputs, sets.flow.nodes.values)
     rates = [between[v] for v in sets.flow.nodes.values]
     sampled = new.translated(sets.sample, {k: v for k, v in inputs.items() if k not in sets.held}, sets.sample.values)
+    if any(sampled[v] < 0 for v in sets.sample.values) or -1 in rates:
+        raise NoCertificateError("a choice has no operation in a certificate")
     rounding = new.add("error", ROUNDING)
-    values = [new.add("+", sampled[v], rounding) for v in sets.sample.values]
+    values = [
+        sampled[v] if new.nodes[sampled[v]][0] == "const" else new.add("+", sampled[v], rounding)
+        for v in sets.sample.values
+    ]
     places = new.translated(sets.claims, inputs, sets.claims.conditions)
     data = [
         [text, new.clauses(sets.claims, places, at), begin, end]
@@ -412,13 +444,13 @@ class Search:
         params = self.loop.params
         rows = _floats(self.rows)
         g = rows[:, 2 + params :]
-        scale = np.maximum(np.abs(g).sum(1), 1e-15)
+        scale = np.maximum(np.abs(g).sum(1), 1e-9)
         sized = np.abs(g / scale[:, None])
         order = np.argsort(sized.max(0) - sized.sum(0))
         large = [] if anchor else sorted(int(k) for k in order[: _LEFT * len(rows)])
         width = min(len(r) for r in self.before)
         motion = modes(*([a[None, :width] for a in _floats(r)] for r in (self.before, self.rows)))
-        rest = np.concatenate([np.delete(g, large, 1), np.diag(1e-9 * scale)], 1)
+        rest = np.concatenate([np.delete(g, large, 1), np.diag(1e-8 * scale)], 1)
         columns, _ = _boxed(rest, scale, motion)
         columns = columns * (1.02 if anchor else 1.0 + 1e-9)
         hint = [columns.tolist(), np.linalg.inv(columns).tolist(), (1e-11 * scale).tolist()]
