@@ -177,11 +177,6 @@ def verify(file: str, source: str | None) -> None:
 
     The check is one module of 200 lines that needs Python alone; it evaluates the loop's equations with whole
     numbers, rounded outward, and searches for nothing. Exit code 1 with the first step that does not hold.
-
-    \b
-    fuzzyctl prove upright --certificate upright.json
-    fuzzyctl verify upright.json
-    fuzzyctl verify upright.json --source rules/loops/upright.fz
     """
     from fuzzyctl.analysis import verify as checker
 
