@@ -173,8 +173,8 @@ class Simulated:
         return known[op, *rest]
 
     def breaks(self, runs=12, fine=6):
-        """Return a claim that a run breaks, None if none does."""
-        part = self.part
+        """Return a claim that a run breaks, None if none does; `least` holds the least value of each clause."""
+        part, self.least = self.part, {}
         last = max((end if end is not None else 30 for *_, end in part["claims"]), default=0)
         for run in range(runs):
             pick = (lambda a, b: self.random.choice((a, b))) if run % 2 else self.random.uniform
@@ -194,7 +194,11 @@ class Simulated:
                     for text, clauses, first, end in part["claims"]:
                         if first <= k + j / fine <= (math.inf if end is None else end) and j < fine:
                             values = inputs | noise | held | now
-                            if not all(any(self.value(i, values) >= -1e-9 for i, _ in c) for c in clauses):
+                            largest = [max(self.value(i, values) for i, _ in c) for c in clauses]
+                            for place, value in enumerate(largest):
+                                before = self.least.get((text, place), math.inf)
+                                self.least[text, place] = min(before, value)
+                            if min(largest) < -1e-9:
                                 return text
                     if j < fine:
                         x = self.moved(x, inputs | noise | held | now, part["period"] / fine)
@@ -601,6 +605,51 @@ def attack(data, seeds, fine=4):
 def test_a_tampered_certificate_is_refused_or_claims_what_holds(certificates, name):
     data = certificates(name)
     attack(data, range(12))
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_a_claim_that_a_run_breaks_is_refused(certificates, name):
+    """Each clause asks for a little more than the least value of some runs."""
+    data = certificates(name)
+    seen = Simulated(data["parts"][0])
+    assert seen.breaks() is None
+    for (text, place), least in seen.least.items():
+        other = copy.deepcopy(data)
+        part = other["parts"][0]
+        count = len(part["nodes"])
+        part["nodes"].append(["const", -least - 1e-9])
+        clause = next(clauses for claim, clauses, _, _ in part["claims"] if claim == text)[place]
+        for k, pair in enumerate(clause):
+            part["nodes"].append(["+", pair[0], count])
+            pair[0] = count + 1 + k
+        assert refused(other) is not None, (text, place, least)
+
+
+def test_a_certificate_is_compared_with_its_file(tmp_path):
+    file, target = tmp_path / "l.fz", tmp_path / "c.json"
+    file.write_text(TEXTS["waves"], encoding="utf-8")
+    assert prove(file, "--certificate", target).exit_code == 0
+    verifies = runner("verify")
+    assert verifies(target).exit_code == 0
+    assert verifies(target, "--source", file).exit_code == 0
+    file.write_text(TEXTS["waves"] + "# another\n", encoding="utf-8")
+    done = verifies(target, "--source", file)
+    assert done.exit_code == 1
+    assert "is not the file that was proved" in done.stderr
+    assert verifies(tmp_path / "none.json").exit_code == 1
+
+
+def test_a_claim_without_a_certificate_is_named_and_no_file_is_written(tmp_path):
+    file, target = tmp_path / "l.fz", tmp_path / "c.json"
+    file.write_text(TEXTS["waves"].replace("-sin(x)", "-sin(x) * x ^ 0.5"), encoding="utf-8")
+    done = prove(file, "--certificate", target)
+    assert done.exit_code == 3
+    assert "no certificate of" in done.output
+    assert "'power' has no operation in a certificate" in done.output
+    assert not target.exists()
+    assert prove(file, file, "--certificate", target).exit_code == 2
+    data = json.loads(prove(file, "--certificate", target, "--format", "json").output)
+    assert len(data["certificate"]["without"]) == 2
 
 
 HOSTILE = {
