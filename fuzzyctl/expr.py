@@ -300,6 +300,9 @@ def rebuilt(expr: Expr, parts: Sequence[Expr]) -> Expr:
     if all(part is own for part, own in zip(parts, children(expr), strict=True)):
         return expr
     match expr:
+        case Binary(op=operator, span=span):
+            left, right = parts
+            return Binary(operator, left, right, span)
         case Call(function=function, span=span):
             return Call(function, tuple(parts), span)
         case Logic(op=op, span=span):

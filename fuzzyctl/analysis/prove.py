@@ -127,7 +127,9 @@ def prove(
         kinds: tuple[type[Any], ...] = (FuzzySystem, Controller, Loop)
         return prove(chosen(opened(path), block_name(block), *kinds), timeout=timeout, progress=progress)
     prover = prover_of(path, timeout, progress)
-    return Verdicts(prover.verdict(claim) for claim in prover.own)
+    verdicts = Verdicts(prover.verdict(claim) for claim in prover.own)
+    verdicts.tube = getattr(prover, "tube", None)
+    return verdicts
 
 
 def prover_of(block: Block, timeout: float = TIMEOUT, progress: Progress | None = None) -> Any:

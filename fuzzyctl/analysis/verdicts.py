@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import field
+from typing import TYPE_CHECKING
 
 from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.operations import Displayed
 from fuzzyctl.records import dataclass
+
+if TYPE_CHECKING:
+    from fuzzyctl.simulation.members import Tube
 
 
 @dataclass(frozen=True, repr=False)
@@ -107,6 +111,10 @@ Verdict = Proved | Refuted | Undecided
 
 
 class Verdicts(tuple[Verdict, ...], Displayed):
-    """Verdicts in the order of the guarantees; a notebook shows them as a table."""
+    """Verdicts in the order of the guarantees; a notebook shows them as a table.
 
-    __slots__ = ()
+    `tube` encloses the outputs of the plants of a loop for all members of its family, and is None without claims that
+    take it. `fuzzyctl.plot.runs(run, tube=verdicts.tube)` draws it behind a run.
+    """
+
+    tube: Tube | None = None

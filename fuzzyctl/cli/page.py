@@ -16,6 +16,7 @@ from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
+    from fuzzyctl.analysis.verdicts import Verdicts
     from fuzzyctl.loading.load import Examined
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.page.document import Section
@@ -143,9 +144,10 @@ def _key(d: Diagnostic) -> tuple[object, ...]:
 
 
 def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> Iterator[Section]:
-    """Yield the sections of loops, which are run."""
+    """Yield the sections of loops, which are run; their claims are proved as far as the time allows."""
     if not loops:
         return
+    from fuzzyctl.analysis.verdicts import Refuted
     from fuzzyctl.page.blocks import loop_data
     from fuzzyctl.page.document import Section
     from fuzzyctl.simulation.loop_params import short_names
@@ -153,9 +155,30 @@ def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> I
 
     for loop in loops:
         part = choice.of_params([*short_names(loop), *loop.instance_params])
-        run = simulate(settings_of(part.settings, [loop])[0], record_calls=True)
+        changed = settings_of(part.settings, [loop])[0]
+        run = simulate(changed, record_calls=True)
         diagnostics += [*(_unmet(run) if run.stopped is None else [run.stopped]), *warnings(run)]
-        yield Section(loop_data(run, len(loops)))
+        proofs = _proofs(changed) if run.stopped is None else None
+        _add(diagnostics, claim_reports([v for v in proofs or () if isinstance(v, Refuted)], diagnostics))
+        yield Section(loop_data(run, len(loops), proofs))
+
+
+def _proofs(loop: Loop) -> Verdicts | None:
+    """Return the verdicts on the family of a loop within the time of a page; None without claims."""
+    from fuzzyctl.analysis.prove import prover_of
+    from fuzzyctl.analysis.verdicts import Verdict, Verdicts
+    from fuzzyctl.analysis.work import clock
+    from fuzzyctl.page.systems import PAGE_SECONDS
+
+    if not loop.guarantees:
+        return None
+    prover, until, verdicts = prover_of(loop), clock.used() + PAGE_SECONDS, list[Verdict]()
+    for claim in prover.own:
+        prover.timeout = max(until - clock.used(), 0.0)
+        verdicts.append(prover.verdict(claim))
+    proofs = Verdicts(verdicts)
+    proofs.tube = prover.tube
+    return proofs
 
 
 def _unmet(run: Run) -> Iterator[Diagnostic]:

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 #: Formats of data, as `simulation.run.FORMATS`, which imports numpy; and of pictures.
 DATA: Final = ("csv", "npz", "parquet")
 PICTURES: Final = ("png", "svg", "pdf")
+#: Most corners of a loop that the picture shows.
+_DRAWN: Final = 32
 
 
 @click.command()
@@ -126,7 +128,8 @@ def simulate(
             report("\n".join([text_of(runs, terminal_width(sys.stdout)), *texts]))
             show(mistakes)
         if files is not None:
-            written = _write(files, runs, folders, data, picture, svg_text)
+            cornering = [run for one in families.values() for run in one.runs]
+            written = _write(files, runs, cornering, folders, data, picture, svg_text)
             if form == "text":
                 say("\n".join(f"wrote {path}" for path in written))
     passed = all(run.passed for run in runs.values()) and not any(one.broken for one in families.values())
@@ -143,6 +146,7 @@ class _Corners:
         drawn: Whether they are a Latin hypercube, since there are too many corners.
         broken: The claims.
         settings: The options `--set` that all of them have.
+        runs: The runs of the first of them.
     """
 
     names: tuple[str, ...]
@@ -150,6 +154,7 @@ class _Corners:
     drawn: bool
     broken: tuple[Broken, ...]
     settings: tuple[str, ...]
+    runs: tuple[Run, ...]
 
     def replay(self, one: Broken) -> str:
         """Return the options that run the first member that breaks a claim."""
@@ -187,17 +192,21 @@ def _corners(loop: Loop, settings: Sequence[str], substeps: int) -> _Corners | N
     if not loop.family:
         return None
     chosen, names = members.corners(loop), short_names(loop)
+    first: list[Run] = []
     with status_line() as status:
 
         def counted() -> Iterator[Run]:
             for k, run in enumerate(members.runs(loop, chosen, substeps=substeps)):
+                first.extend([run] if len(first) < _DRAWN else [])
                 yield run
                 if status is not None:
                     status(f"{loop.name}: {k + 1:,} of {len(chosen):,} corners")
 
         broken = tuple(members.broken(chosen, counted()))
     others = [t for t in settings if names.get(t.partition("=")[0].strip(), "") not in loop.family]
-    return _Corners(tuple(loop.family), len(chosen), len(chosen) < 2 ** len(loop.family), broken, tuple(others))
+    return _Corners(
+        tuple(loop.family), len(chosen), len(chosen) < 2 ** len(loop.family), broken, tuple(others), tuple(first)
+    )
 
 
 def _labels(loops: Sequence[tuple[str, Loop]]) -> list[str]:
@@ -254,6 +263,7 @@ def _names(folders: Iterable[str]) -> list[str]:
 def _write(
     files: Results,
     runs: Mapping[str, Run],
+    members: Sequence[Run],
     folders: Mapping[str, str],
     data: str,
     picture: str,
@@ -274,7 +284,7 @@ def _write(
 
     def draw(path: Path) -> None:
         with saved(path, svg_text=svg_text) as figure:
-            draw_runs(figure, list(runs.values()), list(runs))
+            draw_runs(figure, list(runs.values()), list(runs), members=members)
 
     files.write(f"loop.{picture}", draw)
     files.publish()

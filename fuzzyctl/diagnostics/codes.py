@@ -78,7 +78,7 @@ CODES: Final[dict[str, str]] = {
     "FZ504": "a value lies outside the range",
     "FZ505": "a points file is malformed",
     "FZ601": "the line is not of its format",
-    "FZ602": "the file asks for what is not available",
+    "FZ602": "the file uses an unsupported construct",
     "FZ603": "a part of the file has no effect",
     "FZ604": "a name is changed",
     "FZ605": "the file is read in another encoding",

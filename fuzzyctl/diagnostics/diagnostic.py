@@ -259,7 +259,10 @@ class DiagnosticError(FuzzyctlError):
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics: tuple[Diagnostic, ...] = tuple(diagnostics)
-        super().__init__(render_all(self.diagnostics))
+        super().__init__(self.diagnostics)
+
+    def __str__(self) -> str:
+        return render_all(self.diagnostics)
 
 
 class UnknownNameError(FuzzyctlError, KeyError):

@@ -60,6 +60,8 @@ def a_or_an(noun: str) -> str:
 def closest(name: str, known: Iterable[str]) -> str | None:
     """Return the known name that a misspelt one most likely means, or None."""
     names = list(known)
+    if not names:
+        return None
     plain = unicodedata.normalize("NFKC", name).translate(_ALIKE)
     if plain != name and plain in names:
         return plain

@@ -172,13 +172,14 @@ def write_csv(path: Path, columns: Mapping[str, Sequence[Any]]) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
-        writer.writerows([_cell(v) for v in row] for row in zip(*columns.values(), strict=True))
+        writer.writerows(zip(*map(_cells, columns.values()), strict=True))
 
 
-def _cell(value: Any) -> str:
-    if value is None:
-        return ""
-    return value if isinstance(value, str) else literal(value)
+def _cells(values: Sequence[Any]) -> Sequence[Any]:
+    # The writer itself writes these as `literal` does, and None as an empty cell.
+    if set(map(type, values)) <= {float, int, str, type(None)}:
+        return values
+    return [v if v is None or isinstance(v, str) else literal(v) for v in values]
 
 
 _PACKAGES = ("fuzzyctl", "numpy", "numba")

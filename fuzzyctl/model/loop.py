@@ -142,21 +142,22 @@ _BOTH = ("y", "reference")
 MEASURES: Final[dict[str, Form]] = {
     "overshoot": _measure(
         "overshoot(y, reference)",
-        "how far y goes beyond the last value of the reference, as a part of the step from the first value of y to it; "
-        "0 where it does not",
+        "the largest excess of y over the last value of the reference, relative to the step from the first value of y "
+        "to it; 0 if y does not exceed it",
         *_BOTH,
     ),
     "rise_time": _measure(
         "rise_time(y, reference, low=10 %, high=90 %)",
-        "the time from low to high, parts of the step from the first value of y to the last one of the reference [s]",
+        "the time from low to high, relative to the step from the first value of y to the last one of the reference "
+        "[s]",
         *_BOTH,
         low=0.1,
         high=0.9,
     ),
     "settling": _measure(
         "settling(y, reference, band=2 %)",
-        "the time from begin until y stays within the band around the last value of the reference, the band as a part "
-        "of the step from the first value of y to it [s]; inf where it does not settle",
+        "the time from begin until y stays within the band around the last value of the reference [s]; the band is "
+        "relative to the step from the first value of y to it; inf if y does not settle",
         *_BOTH,
         band=0.02,
     ),
@@ -183,7 +184,7 @@ TIME: Final = "t"
 SIGNALS: Final[dict[str, Form]] = {
     "steps": Form(
         form="steps(0: 1.0, 25 s: 0.5)",
-        what="the value of the last time that has come; 0 before the first one; times ascend",
+        what="the value at the last time that has passed; 0 before the first one; times ascend",
         pairs=True,
     ),
     "pulse": Form(
@@ -208,8 +209,8 @@ SIGNALS: Final[dict[str, Form]] = {
     ),
     "csv": Form(
         form='csv("file.csv", column="NAME", time="NAME")',
-        what="a column of a CSV file with a header, on straight lines between its rows; constant before and behind "
-        "them; 'time' names the column of ascending times [s], the first one if left out",
+        what="a column of a CSV file with a header, interpolated linearly between its rows, constant before and after "
+        "them; 'time' names the column of ascending times [s], by default the first one",
         settings={"file": NEEDED, "column": NEEDED, "time": ""},
         texts=("file", "column", "time"),
     ),

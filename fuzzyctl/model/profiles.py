@@ -86,29 +86,29 @@ _OCTAVE: Final = Semantics(
     merge="places", consequent_hedges="undone", extremely="cube", sigmoid_difference="clamped", none_active="range"
 )
 _OCTAVE_BUGS: Final = (
-    "its bisector is the index of a sample instead of its place; here it is the first sample up to which the sum is "
+    "its bisector is the index of a sample instead of its value; here it is the first sample up to which the sum is "
     "half or more",
-    "a Sugeno output for which no rule fires stops with an index error; here it is NaN",
-    "its drastic sum of three or more degrees is not the drastic sum of pairs; here it is",
+    "a Sugeno output without a firing rule stops with an index error; here it is NaN",
+    "its drastic sum of three or more degrees differs from the drastic sum of pairs; here they are equal",
 )
 _NEGATIVE: Final = (
-    "where an unbounded sum brings the degree of a chained output above 1, `not` makes it negative, and outputs leave "
-    "what they average; here they do not"
+    "if an unbounded sum raises the degree of a chained output above 1, `not` makes it negative, and an average leaves "
+    "the range of its consequents; here it does not"
 )
 _FUZZYLITE_STEPS: Final = (
-    "a pi_shape without a left side is 0 at its foot; in its files it is here, too, and 1 in rule files",
+    "a pi_shape without a left side is 0 at its foot; here it is 0 in files of the tool, and 1 in rule files",
     "a sigmoid of slope 0 is NaN at an infinite input; here it is 0.5",
 )
 _FUZZYLITE_BUGS: Final = (
     _NEGATIVE,
-    "an output that keeps its previous value lags one step behind; here it does not",
-    "inverse Tsukamoto throws; here it takes the degree of the activation, as pyfuzzylite does",
-    "a fourth parameter of gbellmf in a .fis file is read as a height, so that the term vanishes",
+    "an output that keeps its previous value is one step late; here it is not",
+    "inverse Tsukamoto throws an exception; here it uses the degree of the activation, as pyfuzzylite does",
+    "a fourth parameter of gbellmf in a .fis file is read as a height, so that the term is 0 everywhere",
     "rules that cannot be read are left out; here they are errors",
-    "of equal activations `highest` and `lowest` may choose any; here they choose the earliest",
-    "formulas take numbers closer than 1e-6 for equal, and NaN for equal to NaN; here neither is",
-    "of points at one place the first counts, at the right end the last; in its files they do here, too, and in rule "
-    "files the larger degree",
+    "among equal activations `highest` and `lowest` may choose any; here they choose the earliest",
+    "formulas treat numbers closer than 1e-6 as equal, and NaN as equal to NaN; here neither is equal",
+    "if a list of points has an x twice, the first point counts, at the right end the last; here also in files of the "
+    "tool, but in rule files the larger degree",
     *_FUZZYLITE_STEPS,
 )
 
@@ -162,11 +162,11 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 evaluates=(*OVER_SETS, *OVER_MIDDLES),
                 not_imitated=(
                     *_OCTAVE_BUGS,
-                    "the drastic product of a single degree is 0 unless it is 1, the drastic sum of one is 1 unless it "
-                    "is 0; here each is the degree itself",
+                    "the drastic product of a single degree is 0 unless the degree is 1, and the drastic sum 1 unless "
+                    "it is 0; here both are the degree itself",
                     "with a single rule the aggregation runs along the samples instead of over the rules; here it does "
                     "not",
-                    "the Hamacher sum of degrees that reach 1 may be anything up to 2; here it is 1",
+                    "the Hamacher sum of degrees that reach 1 may be any number up to 2; here it is 1",
                 ),
             ),
             Profile(
@@ -194,15 +194,15 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 not_imitated=(
                     *_FUZZYLITE_BUGS[3:],
                     "its tolerance of 1e-6 applies to the corners of terms, too; here they are exact",
-                    "Tsukamoto's method leaves heights of terms out; here places have the degree of the activation",
-                    "Tsukamoto's method inverts the upper half of s_shape, the lower one of z_shape, and concave to "
-                    "other places; here all are inverted",
-                    "Tsukamoto's method gives of a sigmoid with the activation 1 the end of the range; here the place "
+                    "Tsukamoto's method ignores heights of terms; here it takes them into account",
+                    "Tsukamoto's method inverts the upper half of s_shape, the lower half of z_shape, and concave "
+                    "wrongly; here it inverts all of them correctly",
+                    "Tsukamoto's method gives the end of the range for a sigmoid with the activation 1; here the value "
                     "is infinite",
-                    "where rules act but leave an empty set, maxima are those of the whole range, and others NaN; here "
-                    "they are what their `else` says",
-                    "where hedges make 0 of the activations of all rules that act, a sum over rules is 0, an average "
-                    "NaN; here they are what their `else` says",
+                    "if active rules give an empty set, maxima are those of the whole range, and others NaN; here "
+                    "outputs have the value of their `else`",
+                    "if hedges change the activations of all active rules to 0, a sum over rules is 0 and an average "
+                    "NaN; here outputs have the value of their `else`",
                 ),
             ),
             Profile(
@@ -217,18 +217,19 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 has_blocks=True,
                 not_imitated=(
                     _NEGATIVE,
-                    "a weighted sum to which no rule contributes is NaN, and so it is here, but 0 in fuzzylite",
+                    "a weighted sum without a contributing rule is NaN, here too, but 0 in fuzzylite",
                     "four of its activation methods refuse arrays; here they do not",
-                    "formulas add truths up to 1, and take NaN for equal to NaN; here neither is so",
-                    "of several terms of one name its rules mean the last; here the first, as in fuzzylite",
-                    "of points at one place the last counts; so it does here in files that say 'numerics of "
-                    "pyfuzzylite', in others of fuzzylite's what it has, and in rule files the larger degree",
+                    "formulas limit sums of truth values to 1, and treat NaN as equal to NaN; here they do neither",
+                    "if several terms have one name, its rules mean the last; here the first, as in fuzzylite",
+                    "if a list of points has an x twice, the last point counts; here also in files with the comment "
+                    "'numerics of pyfuzzylite', but in other files as in fuzzylite, and in rule files the larger "
+                    "degree",
                     *_FUZZYLITE_STEPS,
-                    "an input that is NaN spoils only what reads it, and a default then takes its place; here every "
+                    "a NaN input affects only outputs that depend on it, and a default replaces these; here every "
                     "output is NaN",
-                    "a rule that reads what no rule before it has activated makes a Tsukamoto output NaN whose place "
-                    "at 0 is infinite; here it never acts",
-                    "its Hamacher and drastic norms lose their digits near 1, where rounding decides what they are",
+                    "a rule that uses an output before any rule has activated it makes a Tsukamoto output NaN if the "
+                    "inverse at 0 is infinite; here the rule is not active",
+                    "its Hamacher and drastic norms lose digits near 1, where rounding decides their value",
                 ),
             ),
             Profile(
@@ -243,7 +244,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 has_blocks=True,
                 not_imitated=(
                     "AND and OR bind equally, from left to right: a matter of reading its files, not of this profile",
-                    "samples are found by adding the step again and again, so that they drift by rounding",
+                    "samples are computed by repeated addition of the step, so that rounding errors add up",
                 ),
             ),
             Profile(
@@ -256,10 +257,10 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 evaluates=("centroid", "weighted_average", "center_average"),
                 not_imitated=(
                     "AND and OR bind from right to left: a matter of reading its files, not of this profile",
-                    "its product recurses for ever",
-                    "a triangle or trapezoid with an upright side is 1 on all of that side; here it jumps to 0",
-                    "a double Gaussian whose means stand in reverse is one of the two; here it is their product",
-                    "a term that its output does not have is taken for the last one; here it is an error",
+                    "its product never ends, by infinite recursion",
+                    "a triangle or trapezoid with a vertical side is 1 beyond this side; here it jumps to 0",
+                    "a double Gaussian with its means in reverse order is one of the two; here it is their product",
+                    "an unknown term of an output is read as the last term; here it is an error",
                 ),
             ),
             Profile(
@@ -274,15 +275,16 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 otherwise="nan",
                 evaluates=OVER_SETS,
                 not_imitated=(
-                    "terms are polygons over the samples of a universe that the program gives; here those of outputs "
-                    "are if the file says how many samples there are, and others are the functions themselves",
-                    "maxima are those of degrees that are equal to the last digit, which rounding decides; here they "
-                    "are those of the set",
-                    "a difference of sigmoids may be below 0; here it is 0 there",
-                    "its bisector forgets the area before a gap in the set; here it counts",
+                    "terms are polygons over the samples of a universe that the program gives; here only those of "
+                    "outputs are, if the file gives the number of samples; others are the functions themselves",
+                    "maxima are samples whose degrees agree in all digits, which depends on rounding; here they are "
+                    "those of the set",
+                    "a difference of sigmoids may be negative; here it is at least 0",
+                    "its bisector ignores the area before a gap in the set; here this area counts",
                     "smallest and largest of maxima of a set that is 0 everywhere are the ends of the universe; here "
-                    "they do not exist",
-                    "an output for which no rule fires is missing from the result, or an exception; here it is NaN",
+                    "they have no value",
+                    "an output without a firing rule is missing from the result, or raises an exception; here it is "
+                    "NaN",
                 ),
             ),
             Profile(
@@ -295,7 +297,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 evaluates=(*OVER_SETS, *AVERAGES),
                 not_imitated=(
                     "a zero in a rule of a .fis file shifts the inputs behind it",
-                    "the nilpotent minimum of a .fcl file is taken for the drastic product",
+                    "the nilpotent minimum of a .fcl file is read as the drastic product",
                     "a trapezoid with a shoulder is NaN at its edge",
                 ),
             ),

@@ -18,8 +18,10 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.loop_params import params_of
 
 if TYPE_CHECKING:
+    from fuzzyctl.analysis.verdicts import Verdicts
     from fuzzyctl.diagnostics.source import Span
     from fuzzyctl.model.controller import Signal
+    from fuzzyctl.simulation.members import Tube
     from fuzzyctl.simulation.panels import Panel
     from fuzzyctl.simulation.plain_run import PlainRun
     from fuzzyctl.simulation.run import Run
@@ -96,6 +98,8 @@ def peaks(line: Drawn, indices: Sequence[int]) -> list[int]:
     return sorted(extremes)
 
 
+#: Most stretches of a band.
+STRETCHES: Final = 200
 #: Digits of values, and of times, by which marks find their samples.
 DIGITS: Final = 6
 TIME_DIGITS: Final = 9
@@ -165,21 +169,53 @@ def _kept_by_call(state: str, call: str) -> str:
     return f"{start}{call}, {f'adaptive consequent {number} of {output}' if number else f'last value of {output}'}"
 
 
-def loop_data(run: Run, runs: int = 1) -> dict[str, Any]:
+def loop_data(run: Run, runs: int = 1, proofs: Verdicts | None = None) -> dict[str, Any]:
     """Return the data of a run: its signals, of many samples each n-th and peaks, measures and requirements.
 
     Args:
         run: The run.
         runs: How many runs the page shows.
+        proofs: Verdicts on claims about all members of the family; None without such claims.
     """
     data = _loop_data(
         run.loop, run.t.tolist(), run.positions, lambda e: run.signal(e).tolist(), run.solver, run.params, runs
     )
-    return {
-        **data,
-        **_judged(run),
-        "stopped": run.stopped.message if run.stopped is not None else "",
-    }
+    judged, tube = _judged(run), None if proofs is None else proofs.tube
+    if proofs is not None:
+        from fuzzyctl.page.systems import verdict_row  # proofs, which the start of the studio does without
+
+        # A proof is about this run, too.
+        of_run = {r.text: r.verdict for r in run.requirements}
+        rows = [verdict_row(v)[:3] for v in proofs]
+        for row in rows:
+            row[2] += f"; {of_run[row[1]]}" if row[0] == "undecided" and row[1] in of_run else ""
+        judged["verdicts"][len(run.loop.requirements) :] = rows
+    if tube is not None:
+        for panel in data["panels"]:
+            _add_band(panel, tube)
+    return {**data, **judged, "stopped": run.stopped.message if run.stopped is not None else ""}
+
+
+def _add_band(panel: dict[str, Any], tube: Tube) -> None:
+    """Give a panel the bounds of its signal, over at most `STRETCHES` stretches, and axes that hold them."""
+    import numpy as np
+
+    from fuzzyctl.plot import limits
+
+    if panel["name"] not in tube.bounds:
+        return
+    low, high = (side.tolist() for side in tube.bounds[panel["name"]])
+    every = math.ceil(len(low) / STRETCHES)
+    starts = range(0, len(low), every or 1)
+    lows, highs = [min(low[k : k + every]) for k in starts], [max(high[k : k + every]) for k in starts]
+    if not lows or not all(map(math.isfinite, (*lows, *highs))):
+        return
+    ends = [tube.begin[0], *(tube.end[min(k + every, len(low)) - 1] for k in starts)]
+    lines = [panel, panel["reference"] or {"values": [], "peaks": [[], []]}]
+    seen = [v for line in lines for v in (*line["values"], *line["peaks"][1]) if v is not None]
+    panel["whole"] = limits.whole(np.array([*seen, *lows, *highs]))
+    panel["y"] = panel["y"] if panel["note"] else panel["whole"]
+    panel["tube"] = {"t": _shortened(ends, TIME_DIGITS), "low": _shortened(lows), "high": _shortened(highs)}
 
 
 def _measure_text(value: float, unit: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,26 +19,41 @@ from fuzzyctl.simulation.panels import Panel, panels
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.support import arguments
 
+if TYPE_CHECKING:
+    from fuzzyctl.simulation.members import Tube
+
 #: Most panels of a picture, and points of a line: at most twice as many.
 MOST: Final = 8
 POINTS: Final = 20_000
 #: Colour of references and disturbances.
 GIVEN: Final = "#444444"
+#: Colour of the band that holds all members.
+TUBE: Final = "#2ca02c"
 #: Width of the picture, height of a panel, and the rest [inches].
 WIDTH: Final = 8.0
 PANEL: Final = 1.6
 REST: Final = 1.1
 #: Letters of a line of a remark below a panel.
 LETTERS: Final = 120
+#: Letters of a line of the label of a panel, which is as high as the panel.
+LABEL: Final = 20
 
 
-def runs(*runs: Run, labels: Sequence[str] | None = None, ax: Axes | None = None) -> Panels:
+def runs(
+    *runs: Run,
+    labels: Sequence[str] | None = None,
+    ax: Axes | None = None,
+    tube: Tube | None = None,
+    members: Sequence[Run] = (),
+) -> Panels:
     """Draw runs over each other, one panel for each signal that the first run shows.
 
     Args:
         runs: One or more.
         labels: Their labels in the legend, one for each; None for the names of their loops.
         ax: Axes whose place the panels take; None for a new figure.
+        tube: Bounds of outputs of plants over time, from `fuzzyctl.prove(loop).tube`, drawn as a band; None without.
+        members: Further runs of the same family, drawn as thin lines.
 
     Returns:
         The axes from top to bottom, a tuple that a notebook shows as the picture.
@@ -56,17 +71,25 @@ def runs(*runs: Run, labels: Sequence[str] | None = None, ax: Axes | None = None
         raise ArgumentError(f"'labels' must have one label for each of {len(runs)} runs, got {len(called)}")
     with styled(ax):
         figure = place(ax)
-        draw_runs(figure, runs, called)
+        draw_runs(figure, runs, called, tube, members)
         return panels_of(figure)
 
 
-def draw_runs(figure: Any, runs: Sequence[Run], labels: Sequence[str]) -> None:
+def draw_runs(
+    figure: Any,
+    runs: Sequence[Run],
+    labels: Sequence[str],
+    tube: Tube | None = None,
+    members: Sequence[Run] = (),
+) -> None:
     """Draw runs over each other; a run that was stopped ends in a cross.
 
     Args:
         figure: An empty matplotlib figure, or a part of one.
         runs: The runs, in the panels that any of them has.
         labels: Their labels in the legend, one for each.
+        tube: Bounds of signals over time, drawn as a band, or None.
+        members: Further runs, drawn as thin lines.
     """
     by_run = [{p.signal: p for p in panels(run.loop, run.positions)} for run in runs]
     first = {name: p for group in reversed(by_run) for name, p in group.items()}  # of a signal of several runs
@@ -76,6 +99,7 @@ def draw_runs(figure: Any, runs: Sequence[Run], labels: Sequence[str]) -> None:
     axes = np.atleast_1d(figure.subplots(max(len(rows), 1), 1, sharex=True))
     for ax, panel in zip(axes, rows, strict=False):
         having = {k: group[panel.signal] for k, group in enumerate(by_run) if panel.signal in group}
+        behind = _draw_family(ax, panel, tube, members)
         if panel.given:
             _draw_given(ax, runs, {k: runs[k][panel.signal] for k in having}, {"lw": 1.4})
         else:
@@ -83,10 +107,10 @@ def draw_runs(figure: Any, runs: Sequence[Run], labels: Sequence[str]) -> None:
                 _draw_signal(ax, runs[k], panel, COLORS[k % len(COLORS)], labels[k])
         references = {k: runs[k].signal(p.reference) for k, p in having.items() if p.reference is not None}
         _draw_given(ax, runs, references, {"lw": 1.0, "ls": "--", "zorder": 1.5, "label": "reference"})
-        ax.set_ylabel(panel.label)
+        ax.set_ylabel(textwrap.fill(panel.label, LABEL))
         ax.margins(x=0, y=0.08)
         names_of_lines = {k: labels[k] if len(having) > 1 else panel.label for k in having}
-        lines = [limits.Line(names_of_lines[k], runs[k].t, np.asarray(runs[k][panel.signal])) for k in having]
+        lines = [limits.Line(names_of_lines[k], runs[k].t, np.asarray(runs[k][panel.signal])) for k in having] + behind
         _cut_peaks(ax, [*lines, *(limits.Line("reference", runs[k].t, v) for k, v in references.items())])
     figure.align_ylabels(axes)
     axes[-1].set_xlabel("\n".join(filter(None, ("time [s]", axes[-1].get_xlabel()))))
@@ -102,6 +126,23 @@ def _draw_signal(ax: Any, run: Run, panel: Panel, color: str, label: str) -> Non
     ax.plot(*_drawn(run, run[panel.signal]), color=color, lw=1.4, label=label + ", stopped" * stopped, **style)
     if stopped and len(run):
         ax.plot(run.t[-1:], run[panel.signal][-1:], color=color, marker="x", clip_on=False)
+
+
+def _draw_family(ax: Any, panel: Panel, tube: Tube | None, members: Sequence[Run]) -> list[limits.Line]:
+    """Draw the bounds of a signal and its runs by other members; return the lines."""
+    lines, signal = [], panel.signal
+    style: dict[str, Any] = {"color": GIVEN, "lw": 0.5, "alpha": 0.5, "zorder": 1.2}
+    style |= {"drawstyle": "steps-post"} if panel.held else {}
+    for k, run in enumerate(r for r in members if signal in r.positions):
+        ax.plot(*_drawn(run, run[signal]), label="" if k else "members", **style)
+        lines.append(limits.Line("a member", run.t, np.asarray(run[signal])))
+    if tube is not None and signal in tube.bounds:
+        # The bounds of a stretch are sides of a rectangle, not points of a line.
+        times = np.column_stack([tube.begin, tube.end]).ravel()
+        low, high = (np.repeat(side, 2) for side in tube.bounds[signal])
+        ax.fill_between(times, low, high, color=TUBE, alpha=0.25, lw=0, zorder=1.0, label="all members, proved")
+        lines += [limits.Line("all members", times, side) for side in (low, high)]
+    return lines
 
 
 def _draw_given(ax: Any, runs: Sequence[Run], values: Mapping[int, Any], style: Mapping[str, Any]) -> None:

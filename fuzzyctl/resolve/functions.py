@@ -28,7 +28,7 @@ def declare_function(context: Context, statement: sx.Function) -> None:
 
 def expanded(context: Context, expr: ex.Expr) -> ex.Expr | None:
     """Return an expression without calls of functions of the file; None where one of them has a mistake."""
-    if not context.functions or isinstance(expr, ex.Number | ex.Name):
+    if not any(isinstance(part, ex.Call) and part.function in context.functions for part in ex.walk(expr)):
         return expr
     return _Expansion(context).expanded(expr, {})
 
@@ -77,11 +77,12 @@ class _Expansion:
 
     def _is_small(self, value: ex.Expr, place: ex.Expr) -> bool:
         """Count the parts of a value; report an expression that grows too large or too deep, once."""
-        levels = [[value]]
-        while levels[-1]:
-            levels.append([part for node in levels[-1] for part in ex.children(node)])
-        self.parts += sum(map(len, levels))
-        if self.parts <= MOST_PARTS and self.level + len(levels) - 1 <= ex.MAX_DEPTH:
+        depth, level = 0, [value]
+        while level:
+            depth += 1
+            self.parts += len(level)
+            level = [part for node in level for part in ex.children(node)]
+        if self.parts <= MOST_PARTS and self.level + depth <= ex.MAX_DEPTH:
             return True
         if not self.failed:
             many = self.parts > MOST_PARTS

@@ -1,12 +1,14 @@
-"""Members of the family of a loop: corners, a Latin hypercube, their runs, and the claims that these break."""
+"""Members of the family of a loop: corners, a Latin hypercube, their runs, the claims that these break, and tubes."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Number, evaluate
@@ -18,6 +20,9 @@ from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.fmu_plant import require_fixed
 from fuzzyctl.simulation.loop_params import with_settings
 from fuzzyctl.simulation.run import Run
+
+if TYPE_CHECKING:
+    from fuzzyctl.annotations import FloatArray
 
 #: Most corners of a family that are run.
 MOST_CORNERS: Final = 2**8
@@ -124,3 +129,47 @@ def broken(members: Sequence[Member], runs: Iterable[Run]) -> list[Broken]:
 def replayed(member: Member) -> str:
     """Return the options of `fuzzyctl simulate` that run a member."""
     return " ".join(f"--set {name}={value!r}" for name, value in member.items())
+
+
+@dataclass(frozen=True, eq=False)
+class Tube:
+    """Bounds of signals over stretches of time, for all members of a family.
+
+    Args:
+        begin: Where each stretch begins, shape (n,) [s].
+        end: Where it ends, the begin of the next one, shape (n,) [s].
+        bounds: The least and the greatest value of each signal over each stretch, shape (n,), by name.
+    """
+
+    begin: FloatArray
+    end: FloatArray
+    bounds: Mapping[str, tuple[FloatArray, FloatArray]]
+
+
+def hull(tubes: Sequence[Tube]) -> Tube:
+    """Return the union of tubes of parts of a family, up to the time at which the first of them ends."""
+    return _merged(tubes, min(t.end[-1] if len(t.end) else 0.0 for t in tubes), np.min, np.max)
+
+
+def intersection(tubes: Sequence[Tube]) -> Tube:
+    """Return the intersection of tubes of one family, up to the time at which the last of them ends."""
+    return _merged(tubes, max(t.end[-1] if len(t.end) else 0.0 for t in tubes), np.max, np.min)
+
+
+def _merged(
+    tubes: Sequence[Tube], last: float, low: Callable[..., FloatArray], high: Callable[..., FloatArray]
+) -> Tube:
+    if len(tubes) == 1:
+        return tubes[0]
+    times = np.unique(np.concatenate([np.zeros(1), *(t.end for t in tubes)]))
+    times = times[times <= last]
+    # The stretches in which the middles lie; behind the last one a tube bounds nothing.
+    places = [np.searchsorted(t.end, 0.5 * (times[:-1] + times[1:])) for t in tubes]
+    bounds = {}
+    for name in tubes[0].bounds:
+        if all(name in t.bounds for t in tubes):
+            sides = [t.bounds[name] for t in tubes]
+            lows = [np.append(a, -np.inf)[at] for (a, _), at in zip(sides, places, strict=True)]
+            highs = [np.append(b, np.inf)[at] for (_, b), at in zip(sides, places, strict=True)]
+            bounds[name] = low(lows, axis=0), high(highs, axis=0)
+    return Tube(times[:-1], times[1:], bounds)

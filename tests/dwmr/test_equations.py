@@ -96,7 +96,7 @@ class TestTable:
 
     def test_says_which_rows_of_an_equation_are_not_computed(self):
         section = PAGE.read_text(encoding="utf-8").split("## Where each equation is")[1]
-        assert "third row of Eq. (3), the rate ω_ar, and the first of Eq. (5)," in " ".join(section.split())
+        assert "third row of Eq. (3), the rate ω_ar, and the first row of Eq. (5)," in " ".join(section.split())
         text = (PACKAGE / "control" / "formation.py").read_text(encoding="utf-8")
         assert "Eq. (3), first two rows" in text
         assert "Eq. (5), second row" in text

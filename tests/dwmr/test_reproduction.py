@@ -170,7 +170,7 @@ def test_the_calibration_is_what_its_result_file_says():
 
 def test_the_longer_search_is_what_its_result_file_says():
     found = results("calibration-1000.json")
-    page = section("The fit with limits").partition("### A longer search")[2]
+    page = " ".join(section("The fit with limits").partition("### A longer search")[2].split())
     for name, one in found["parameters"].items():
         assert f"| `{name}` | {one['before']:g} | {one['value']:g} | {one['unit']} |" in page
     assert f"| cost | {found['cost']['before']:.2f} | {found['cost']['value']:.2f} | |" in page

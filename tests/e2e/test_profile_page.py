@@ -42,18 +42,18 @@ def defuzzifiers():
             said = [f"{own.resolution} {own.grid}" if own.resolution is not None else "exact"]
             said += [own.rule] if own.rule is not None else []
             said += [f"{n} {getattr(own, n)}" for n in ("tolerance", "by") if getattr(own, n) != getattr(usual, n)]
-            cells.append(", ".join(said) if p.evaluates is None or kind in p.evaluates else "not there")
+            cells.append(", ".join(said) if p.evaluates is None or kind in p.evaluates else "not supported")
         lines.append(row(f"`{p.name}`", *cells))
     return lines
 
 
 def rest():
     usual = Method()
-    lines = [row("profile", "where no rule fires", "other norms", "sums over rules"), row("---", "---", "---", "---")]
+    lines = [row("profile", "if no rule fires", "other norms", "sums over rules"), row("---", "---", "---", "---")]
     for p in PROFILES.values():
         value = getattr(p.otherwise, "value", p.otherwise)  # a word, or a number of an expression
         word = f"hold({value.start})" if hasattr(value, "start") else value if isinstance(value, str) else f"{value}"
-        otherwise = f"`else {word.removesuffix('.0')}`" if value is not None else "a promise that one does"
+        otherwise = f"`else {word.removesuffix('.0')}`" if value is not None else "a rule must fire everywhere"
         fields = ("conjunction", "disjunction", "implication", "aggregation")
         norms = [f"`{f} {getattr(p.method, f)}`" for f in fields if getattr(p.method, f) != getattr(usual, f)]
         sums = [f"`{k}`" for k in p.evaluates or () if k not in OVER_SETS] if p.evaluates is not None else ["all"]

@@ -26,7 +26,7 @@ from fuzzyctl.simulation.equations import PlantState
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.judgement import KEPT, Requirement
 from fuzzyctl.simulation.loop_params import starts_of
-from fuzzyctl.simulation.members import Member, can_be_free, members, replayed, runs
+from fuzzyctl.simulation.members import Member, Tube, can_be_free, hull, intersection, members, replayed, runs
 from fuzzyctl.simulation.sample_times import ALIGNED, sample_times
 
 #: Most boxes that a family is cut into, and boxes that are enclosed at once.
@@ -74,6 +74,32 @@ class _Claim:
         return ends and step.time <= self.end + slack
 
 
+@dataclass
+class _Record:
+    """The outputs of plants over the steps of some boxes."""
+
+    outputs: list[str]
+    steps: list[Step] = field(default_factory=list)
+
+    def add(self, step: Step) -> None:
+        if step.length:
+            self.steps.append(replace(step, truths=[], states=[], memory=[]))
+
+    def tube(self, boxes: Sequence[int]) -> Tube:
+        """Return the hull over some of the boxes."""
+        if not self.steps:
+            return Tube(np.zeros(0), np.zeros(0), {})
+        names = [n for n in self.outputs if all(n in s.outputs for s in self.steps)]
+        bounds = {}
+        for name in names:
+            low = [part[boxes].min() if len(part) > 1 else part[0] for s in self.steps for part in s.outputs[name][0]]
+            high = [part[boxes].max() if len(part) > 1 else part[0] for s in self.steps for part in s.outputs[name][1]]
+            bounds[name] = np.array(low), np.array(high)
+        count = len(bounds[names[0]][0]) // len(self.steps) if names else 1
+        starts = [s.time + k * s.length / count for s in self.steps for k in range(count)]
+        return Tube(np.array(starts), np.array([*starts[1:], self.steps[-1].time + self.steps[-1].length]), bounds)
+
+
 class LoopProver:
     """Proves the claims of a loop.
 
@@ -86,6 +112,8 @@ class LoopProver:
     def __init__(self, loop: Loop, timeout: float, progress: Progress | None = None) -> None:
         self.loop, self.timeout, self.progress = loop, timeout, progress
         self.own = loop.guarantees
+        #: Enclosure of the outputs of the plants for the claims decided so far; None before the first.
+        self.tube: Tube | None = None
         self._verdicts: dict[int, Verdict] = {}
 
     @cached_property
@@ -97,6 +125,12 @@ class LoopProver:
             for v in self.loop.varied
         ]
         return sorted(dimensions, key=lambda d: d.state != "")
+
+    @cached_property
+    def _outputs(self) -> list[str]:
+        """Names of the outputs of plants."""
+        results = {p.name: p.results for p in self.loop.plants}
+        return [f"{i.name}.{r.name}" for i in self.loop.instances for r in results.get(i.controller, ())]
 
     def sets(self, claims: Sequence[Always], end: float) -> ReachableSets:
         """Return the sets for some claims up to a time, infinite for all times."""
@@ -115,7 +149,7 @@ class LoopProver:
             from fuzzyctl.simulation.experiment import Experiment
 
             columns = Experiment(loop, "python").given
-        return ReachableSets(equations, len(conditions), columns)
+        return ReachableSets(equations, len(conditions), columns, self._outputs)
 
     def verdict(self, claim: Always | Stable) -> Verdict:
         """Return the verdict on one of the claims in `own`."""
@@ -189,12 +223,15 @@ class LoopProver:
         sets = self.sets(claims, max(c.end for c in asked))
         until = clock.used() + self.timeout
         boxes = [(*self._family(), list(range(len(asked))))]
+        tubes: list[Tube] = []
         settled = 0
         while boxes:
             batch, boxes = boxes[:_TOGETHER], boxes[_TOGETHER:]
             low, high = np.array([b[0] for b in batch]), np.array([b[1] for b in batch])
             due = [b[2] for b in batch]
-            broken = self._enclosed(sets, asked, low, high, due, until)
+            record = _Record(self._outputs)
+            broken = self._enclosed(sets, asked, low, high, due, until, record)
+            settling = []
             for box in range(len(batch)):
                 failed = [k for k in due[box] if broken[k][box][1]]
                 for k in due[box]:
@@ -206,12 +243,18 @@ class LoopProver:
                     boxes += [(*half, failed) for half in halves(low[box], high[box], cut)]
                     continue
                 settled += 1
+                settling.append(box)
                 for k in failed:
                     time, reason, _ = broken[k][box]
                     asked[k].open.append((low[box], high[box], time, reason))
+            tubes += [record.tube(settling)] if settling else []
             if self.progress is not None:
                 self.progress("reachable sets", settled, len(boxes))
+        self._keep(hull(tubes))
         return [self._judged(c) for c in asked]
+
+    def _keep(self, tube: Tube) -> None:
+        self.tube = tube if self.tube is None else intersection([self.tube, tube])
 
     def _family(self) -> tuple[Form, Form]:
         return np.array([d.low for d in self.dimensions]), np.array([d.high for d in self.dimensions])
@@ -241,6 +284,7 @@ class LoopProver:
         high: Form,
         due: Sequence[Sequence[int]],
         until: float,
+        record: _Record,
     ) -> list[list[tuple[float, str, tuple[int, float]]]]:
         """Return for each claim and box the time at which it is open, the reason, and where to cut the box.
 
@@ -249,6 +293,7 @@ class LoopProver:
             low, high: Ends of the boxes, shape (boxes, dimensions).
             due: Positions of the claims to examine in each box.
             until: Processor seconds at which the time is over.
+            record: Takes the outputs over the steps.
         """
         nothing, idle = (0.0, "", (-1, 0.0)), (0.0, "not due", (-1, 0.0))
         broken = [[nothing if k in positions else idle for positions in due] for k in range(len(claims))]
@@ -256,6 +301,7 @@ class LoopProver:
         try:
             for step in sets.run(*self._begin(sets, low, high), len(self.dimensions)):
                 time = step.time
+                record.add(step)
                 self._look(sets, claims, step, broken)
                 if clock.used() > until:
                     raise DomainError(f"the time of {self.timeout:g} s is over")
@@ -354,8 +400,10 @@ class LoopProver:
             return rows
 
         broken: list[list[tuple[float, str, tuple[int, float]]]] = [[(0.0, "", (-1, 0.0))]]
+        record = _Record(self._outputs)
         try:
             for step in sets.run(plant, memory, free, len(self.dimensions), look):
+                record.add(step)
                 self._look(sets, [asked], step, broken)
                 time, reason, _ = broken[0][0]
                 if reason:
@@ -367,6 +415,8 @@ class LoopProver:
                     )
         except (NoTubeError, DomainError) as error:
             return Undecided(text, str(error) or "no enclosure of the solutions is proved")
+        finally:
+            self._keep(record.tube([0]))
         step_length = sets.equations.step
         return Proved(text, note=f"the set at t = {invariant[0] * step_length:.6g} s lies in an earlier one")
 

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.reach.flow import Flow, NoTubeError
-from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, Value, as_form, padded
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, Value, as_form, ends, padded
 from fuzzyctl.analysis.reach.series import Nodes, Series
 from fuzzyctl.analysis.reach.sets import is_long, modes, reduced, with_symbols
 from fuzzyctl.analysis.reach.slopes import Slopes
@@ -24,6 +24,8 @@ from fuzzyctl.simulation.expansion import free_name
 #: After how many samples a step of half as many parts is tried again, and most parts of a step.
 _RETRY: Final = 16
 MOST_SUBSTEPS: Final = 256
+#: Samples of a run that are seen as a line.
+_SEEN: Final = 400
 
 Checkpoint = Callable[[int, list[Form]], list[Form] | None]
 
@@ -38,6 +40,8 @@ class Step:
         truths: For each condition masks of the boxes in which it surely holds, and surely fails, over the step.
         states: Forms of the plants' states over it.
         memory: Forms of the controllers' states over it.
+        outputs: Ends of the outputs of plants over its stretches of equal length, shape (stretches, boxes) or
+            (stretches, 1), by name.
     """
 
     time: float
@@ -45,6 +49,7 @@ class Step:
     truths: list[tuple[Mask, Mask]]
     states: list[Form]
     memory: list[Form]
+    outputs: dict[str, tuple[Form, Form]]
 
 
 class ReachableSets:
@@ -54,9 +59,10 @@ class ReachableSets:
         equations: The loop, with the expressions that claims compare as its signals `#0`, `#1` and so on.
         count: How many of these there are.
         given: Columns that are known before the run, shape (samples, columns).
+        outputs: Names of the outputs of plants that steps enclose, too, where they can.
     """
 
-    def __init__(self, equations: LoopEquations, count: int, given: Form) -> None:
+    def __init__(self, equations: LoopEquations, count: int, given: Form, outputs: Sequence[str] = ()) -> None:
         if equations.delays:
             raise DomainError("the loop has dead times, whose past is not part of its states")
         if equations.externals:
@@ -82,15 +88,18 @@ class ReachableSets:
         memory = [s.name for s in equations.states]
         columns = [n for names in equations.given for n in names]
         claims = [equations.signals[f"#{k}"] for k in range(count)]
+        visible = [equations.signals[n] for n in outputs]
         derivatives: list[Expr] = [s.derivative for s in equations.plant_states]
         # A claim may use functions that are not smooth: the flow has only the equations that the derivatives need.
         (between, inputs), (claimed, compared) = reached(equations, derivatives), reached(equations, claims)
-        self.held = list(dict.fromkeys([*inputs, *compared]))
+        drawn, read = reached(equations, visible)
+        self.held = list(dict.fromkeys([*inputs, *compared, *read]))
         shared = [TIME, *plant]
         acting = dict(equations.disturbances)
         body = [i for i in equations.body if isinstance(i, Evaluation) or i.name not in acting]
-        between, claimed = (
-            [i for i in items if isinstance(i, Evaluation) or i.name not in acting] for items in (between, claimed)
+        between, claimed, drawn = (
+            [i for i in items if isinstance(i, Evaluation) or i.name not in acting]
+            for items in (between, claimed, drawn)
         )
         fixed = [*self.held, *self.free, *(c for c in columns if c not in self.held), *memory, *acting]
         self.spread = [0.5 * (high - low) + 1e-15 * (abs(low) + abs(high)) for low, high, _ in acting.values()]
@@ -100,6 +109,9 @@ class ReachableSets:
         self.claims = Nodes([*shared, *fixed], claimed, [], tables)
         for condition in claims:
             self.claims.ask(condition)
+        #: How many stretches of a step show its outputs: more where there are few steps.
+        self.stretches = 4 if equations.samples < _SEEN else 1
+        self.outputs, self.shown = list(outputs), Nodes([*shared, *fixed], drawn, visible, tables)
         inputs = [*shared, *memory, *self.free, *columns, *equations.rates, *acting]
         self.sample = Nodes(inputs, body, [*map(Name, self.held), *equations.updates], tables)
         self.plant, self.memory, self.columns = plant, memory, columns
@@ -108,6 +120,20 @@ class ReachableSets:
         series = Series(self.claims, values)
         series.extend()
         return series.truths()
+
+    def _shown(self, values: Sequence[Value]) -> dict[str, tuple[Form, Form]]:
+        """Return the outputs over the stretches of a step, whose time is the first value."""
+        try:
+            results = Series(self.shown, values).extend()
+        except DomainError:  # which a claim about the output reports
+            return {}
+        width, count = as_form(values[0]).shape[-1], self.stretches
+        parts = [[_over_part(r, width, k, count) for k in range(count)] for r in results]
+        pairs = ([ends(part) for part in row] for row in parts)
+        return {
+            name: (np.array([a for a, _ in row]), np.array([b for _, b in row]))
+            for name, row in zip(self.outputs, pairs, strict=True)
+        }
 
     def run(
         self,
@@ -143,7 +169,8 @@ class ReachableSets:
             other = [v for n, v in zip(self.columns, columns, strict=True) if n not in self.held]
             constants: list[Value] = [*outputs, *free, *other, *values]
             if k + 1 == equations.samples and periods is None:
-                yield Step(time, 0.0, self._truths([time, *x, *constants, *acting]), x, m)
+                at: list[Value] = [time, *x, *constants, *acting]
+                yield Step(time, 0.0, self._truths(at), x, m, self._shown(at))
                 return
             part, count = 0, max(count // 2, 1) if k % _RETRY == 0 else count
             while part < count:
@@ -157,9 +184,8 @@ class ReachableSets:
                     count, part = 2 * count, 2 * part
                     continue
                 width = over[0].shape[-1] if over else 2
-                yield Step(
-                    begin, length, self._truths([_over(begin, length, width), *over, *constants, *acting]), over, m
-                )
+                at = [_over(begin, length, width), *over, *constants, *acting]
+                yield Step(begin, length, self._truths(at), over, m, self._shown(at))
                 x, part = end, part + 1
             boxes = max(a.shape[0] for a in (*x, *m))
             m = [np.broadcast_to(u, (boxes, u.shape[-1])) for u in map(as_form, updates)]
@@ -178,6 +204,16 @@ class ReachableSets:
 def _number(a: Form) -> Value:
     """Return a form of one number as this number, so that counters stay exact."""
     return float(a[0, 0]) if not a[:, 1:].any() and bool(np.all(a[:, 0] == a[0, 0])) else a
+
+
+def _over_part(a: Value, width: int, part: int, count: int) -> Value:
+    """Return a form over one of several parts of a step; the last of `width` columns is the time."""
+    if isinstance(a, float) or a.shape[-1] < width:
+        return a
+    a = a.copy()
+    a[..., 0] += a[..., -1] * ((2 * part + 1) / count - 1.0)
+    a[..., -1] /= count
+    return padded(a, np.abs(a[..., 0]))
 
 
 def _over(begin: float, length: float, width: int) -> Form:

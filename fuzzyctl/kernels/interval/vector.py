@@ -174,7 +174,8 @@ def smaller(a: Enclosure, b: Enclosure) -> Enclosure:
 
 def larger(a: Enclosure, b: Enclosure) -> Enclosure:
     """Enclose max(a, b)."""
-    return negative(smaller(negative(a), negative(b)))
+    slopes = either(a.lo >= b.hi, b.lo >= a.hi, a.slopes, b.slopes)
+    return Enclosure(np.maximum(a.lo, b.lo), np.maximum(a.hi, b.hi), slopes, _larger_error(a, b))
 
 
 def _larger_error(a: Enclosure, b: Enclosure) -> Array:

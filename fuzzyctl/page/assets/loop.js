@@ -12,12 +12,17 @@ function loopSection(loop) {
         const why = loop.refused || loop.stopped;
         return { side: [], main: [element("section", {}, element("p", { className: "warning" }, `There is no run: ${why}`))], begin() {} };
     }
-    const { t, panels } = loop;
+    const { t, panels } = loop, bands = panels.some((p) => p.tube), references = panels.some((p) => p.reference);
+    const series = [
+        { name: "signal", colour: facts.colors[0], dash: "" }, ...(references ? [{ name: "reference", colour: "", dash: "5 4" }] : []),
+        ...(bands ? [{ name: "all members, proved", colour: facts.colors[2], dash: "" }] : []),
+    ];
     const plot = new PanelPlot({
         title: `loop ${loop.name}`, x: "t [s]", columns: panels.length > 5 ? 2 : 1, height: 110,
-        series: [{ name: "signal", colour: facts.colors[0], dash: "" }, ...(panels.some((p) => p.reference) ? [{ name: "reference", colour: "", dash: "5 4" }] : [])],
+        series,
         panels: panels.map((p) => ({
             label: p.label, title: "", x: [t[0], Math.max(t.at(-1), t[0] + 1e-9)], y: p.y, whole: p.whole, note: p.note,
+            bands: p.tube ? [{ series: series.length - 1, ...p.tube }] : [],
             lines: [...(p.reference ? [{ series: 1, ...withPeaks(t, p.reference) }] : []), { series: 0, ...withPeaks(t, p), stepped: p.held }],
         })),
     });

@@ -109,7 +109,7 @@ class Panel {
     constructor(plot, data, parent) {
         Object.assign(this, { plot, data, view: null, isWhole: false, id: `clip-${clips++}` });
         this.lines = data.lines.map((line) => ({ ...line, x: numbersOf(line.x), y: numbersOf(line.y) }));
-        this.constant = constantOf(this.lines.map((line) => line.y));
+        this.constant = data.bands?.length ? null : constantOf(this.lines.map((line) => line.y));
         const label = [plot.data.title, data.label, data.title].filter(Boolean).join(", ");
         this.box = element("div", { className: "panel" });
         parent.append(this.box);
@@ -175,6 +175,9 @@ class Panel {
         const pixels = width / (xs[1] - xs[0]);
         for (const [cx, cy, radius, isBody] of data.circles ?? []) {
             drawn(inside, "circle", { class: isBody ? "body" : "reach", cx: x(cx), cy: y(cy), r: radius * pixels });
+        }
+        for (const band of (data.bands ?? []).filter((b) => !plot.hidden.has(b.series))) {
+            drawn(inside, "path", { class: "band", d: outline(band, x, y), fill: themed(plot.data.series[band.series].colour) });
         }
         for (const line of this.lines.filter((l) => !plot.hidden.has(l.series))) {
             const series = plot.data.series[line.series];
@@ -247,12 +250,19 @@ class Panel {
     }
 }
 
+/** The outline of a band whose bounds are constant over each stretch: along the upper bounds, and back along the lower ones. */
+function outline({ t, low, high }, x, y) {
+    const side = (values) => values.flatMap((v, k) => [[t[k], v], [t[k + 1], v]]);
+    const points = [...side(high), ...side(low).reverse()];
+    return `M${points.map(([a, b]) => `${x(a).toFixed(1)} ${y(b).toFixed(1)}`).join("L")}Z`;
+}
+
 /**
  * Panels of the same lines, below each other or in columns.
  *
  * `data` has `title`, `x` (the label below), `series` (`name`, `colour`, "" for that of the text, `dash`), `columns`, and
  * `panels` with `label`, `title`, `about` (what a pointer at the label says), `lines` (`series`, `x`, `y`, `wide`, `stepped`), the ends `x` and `y`, and where `note` says
- * what these cut off, `whole`. `height` is that of a panel [pixels]; of a `map` both axes have one scale.
+ * what these cut off, `whole`; `bands` (`series`, `t`, the ends of stretches, `low`, `high`). `height` is that of a panel [pixels]; of a `map` both axes have one scale.
  */
 class PanelPlot {
     constructor(data) {

@@ -484,3 +484,39 @@ def test_no_other_claim_is_begun_when_the_time_of_a_page_is_spent(tmp_path, monk
         monkeypatch.setattr("fuzzyctl.analysis.work.clock.now", itertools.count(step=step).__next__)
         seen.append(written(tmp_path / "x.html", file, code=3 if step else 0)[1]["sections"][0]["verdicts"][0][0])
     assert seen == ["proved", "undecided"]
+
+
+FAMILY = """
+plant tank
+state h = 1
+der h = -h
+output level = h
+loop l
+block tank = tank()
+for tank.h in [0.5, 1.5]
+run 2 s step 10 ms
+measure highest = maximum(tank.level)
+require highest <= 1
+require always tank.level <= 1.6
+require always tank.level <= 1.55
+require always tank.level <= 1.4
+"""
+
+
+def test_the_page_of_a_family_shows_what_is_proved_of_all_members_and_their_bounds(tmp_path):
+    (tmp_path / "a.fz").write_text(FAMILY, encoding="utf-8")
+    done = run(tmp_path / "a.fz", "-o", tmp_path / "x.html")
+    assert done.exit_code == 1
+    assert "the guarantee 'always tank.level <= 1.4' does not hold" in done.output
+    _, facts = read(tmp_path / "x.html")
+    (loop,) = facts["sections"]
+    words = [(word, claim) for word, claim, _ in loop["verdicts"]]
+    claims = ["always tank.level <= 1.6", "always tank.level <= 1.55", "always tank.level <= 1.4"]
+    assert words == [("met", "highest <= 1"), *zip(("proved", "proved", "refuted"), claims, strict=True)]
+    (panel,) = loop["panels"]
+    tube = panel["tube"]
+    assert len(tube["t"]) == len(tube["low"]) + 1 == len(tube["high"]) + 1 <= 201
+    assert (tube["t"][0], tube["t"][-1]) == (0.0, 2.0)
+    assert 1.5 <= max(tube["high"]) <= 1.53
+    assert panel["y"][1] > max(tube["high"])
+    assert all(low <= v <= high for v, low, high in zip(panel["values"], tube["low"], tube["high"], strict=False))

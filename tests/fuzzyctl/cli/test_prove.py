@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 import time
 from unittest.mock import Mock
 
@@ -131,7 +132,7 @@ def test_states_without_a_range_are_named_as_far_as_a_line_holds_them(write):
 
 
 @pytest.mark.parametrize(
-    ("text", "least", "most"), [(BELLS, 5.0, 5.0), (BELLS + "# " * 500_000, 0.5, 1.5)], ids=["small", "large"]
+    ("text", "least", "most"), [(BELLS, 4.0, 4.0), (BELLS + "# " * 500_000, 0.5, 1.5)], ids=["small", "large"]
 )
 def test_reading_a_large_system_is_part_of_the_time(text, least, most, write, monkeypatch):
     times = []
@@ -145,4 +146,54 @@ def test_reading_is_part_of_the_time_of_a_controller(write, monkeypatch):
     monkeypatch.setattr("fuzzyctl.analysis.work.clock.used", lambda: next(clock))
     monkeypatch.setattr("fuzzyctl.analysis.induction.bounds.controller_bounds", lambda _, t: times.append(t) or {})
     run("--bounds", write(LAG.format("", "x")))
-    assert times == [1.25]
+    assert times == [0.5]
+
+
+FAMILY = """
+plant tank
+state h = 1
+der h = -h
+output level "level" unit "m" = h
+loop l "A tank runs empty"
+block tank = tank()
+for tank.h in [0.5, 1.5]
+run 2 s step 100 ms
+require always tank.level <= 1.6
+"""
+
+
+@pytest.mark.parametrize("name", ["tube.csv", "tube.svg"])
+def test_the_tube_of_a_loop_is_written_as_a_table_and_as_a_picture(name, write, tmp_path):
+    target = tmp_path / name
+    result = run(write(FAMILY), "--tube", target)
+    assert result.exit_code == 0, result.output
+    assert f"wrote {target}" in result.stdout
+    text = target.read_text("utf-8")
+    if name == "tube.csv":
+        head, first, *_, last = text.splitlines()
+        assert head == "begin,end,least tank.level,greatest tank.level"
+        begin, _, least, greatest = map(float, first.split(","))
+        assert begin == 0.0
+        assert 0.4 < least < 0.5
+        assert 1.5 < greatest < 1.6
+        assert float(last.split(",")[3]) == pytest.approx(1.5 * math.exp(-2.0), abs=0.03)
+    else:
+        assert "<svg" in text
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        (FAMILY, ("--tube", "tube.txt"), "the name must end in .png, .svg, .pdf, .csv"),
+        (FAMILY, ("--tube", "tube.csv", "--bounds"), "--tube is not for --bounds"),
+        (BELLS, ("--tube", "tube.csv"), "no loop has a claim 'require always' that is enclosed"),
+        (FAMILY + FAMILY[FAMILY.index("loop l") :].replace("loop l", "loop m"), ("--tube", "tube.csv"), "2 loops"),
+    ],
+    ids=["suffix", "bounds", "no-loop", "two-loops"],
+)  # fmt: skip
+def test_where_there_is_not_one_tube_none_is_written(text, options, message, write, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = run(write(text), *options)
+    assert result.exit_code in (1, 2)
+    assert message in result.stderr
+    assert not list(tmp_path.glob("tube.*"))

@@ -130,3 +130,22 @@ def test_peaks_are_cut_off_as_on_a_page_and_named_below_the_panel():
     assert force.get_ylim()[1] < 10.0
     assert "Peaks cut off: force [N] 32 at 0.00 s" in force.get_xlabel()
     assert [ax.get_xlabel() for ax in figure.axes if ax is not force][-1] == "time [s]"
+
+
+def test_the_tube_of_a_family_and_its_members_are_drawn_behind_a_run():
+    loop = fuzzyctl.loads(
+        "plant p\nstate x = 1\nder x = -x\noutput y = x\nloop l\nblock p = p()\nfor p.x in [0.5, 1.5]\n"
+        "run 1 s step 100 ms\nrequire always p.y <= 2\n",
+        block="l",
+    )
+    tube = fuzzyctl.prove(loop).tube
+    members = [fuzzyctl.simulate(loop, backend="python", **{"p.x": start}) for start in (0.5, 1.5)]
+    panels = fuzzyctl.plot.runs(fuzzyctl.simulate(loop, backend="python"), tube=tube, members=members)
+    (ax,) = panels
+    assert len(ax.lines) == 3
+    (band,) = ax.collections
+    low, high = tube.bounds["p.y"]
+    assert band.get_datalim(ax.transData).ymin == pytest.approx(low.min())
+    assert band.get_datalim(ax.transData).ymax == pytest.approx(high.max())
+    (legend,) = panels.figure.legends
+    assert [t.get_text() for t in legend.get_texts()] == ["members", "all members, proved", "l"]

@@ -6,7 +6,7 @@ import pytest
 from fuzzyctl import Experiment, Proved, loads
 from fuzzyctl.analysis.reach import prover
 from fuzzyctl.simulation.loop_params import with_settings
-from fuzzyctl.simulation.members import members
+from fuzzyctl.simulation.members import Tube, hull, intersection, members
 from tests.fuzzyctl.analysis.reach.loops import FUZZY, LOOPS, RATES, TANK, loop_of
 
 #: A plant whose output is its state, and how it changes, its family and its run.
@@ -149,3 +149,45 @@ def test_a_state_that_leaves_its_range_breaks_all_claims(range_, proved):
 def test_convergence_is_proved_only_of_what_converges_at_a_rate(plant, true):
     loop = alone(plant, "for p.x in [-0.5, 0.5]", "run 10 s step 100 ms", "require stable")
     assert proofs(loop, 1.0 + true) == [true]
+
+
+#: Claims for which one box suffices, and a box must be cut, of loops with a fast and a slow rate, and with a curve.
+TUBES = {
+    "tank": ["require always tank.h <= 10"],
+    "cut": ["require always tank.h <= 0.415"],
+    "rates": ["require always mass.x <= 10", "require always mass.x >= -10 until 0.5 s"],
+}
+
+
+@pytest.mark.parametrize("name", TUBES)
+def test_the_tube_holds_the_runs_of_all_members(name):
+    text = LOOPS["rates" if name == "rates" else "tank"]
+    loop = loop_of(text[: text.rindex("run")] + "run 1.2 s\n", *TUBES[name])
+    looking = prover.LoopProver(loop, 60.0)
+    looking.__dict__["_refuted"] = {}
+    for claim in loop.guarantees:
+        looking.verdict(claim)
+    tube = looking.tube
+    assert tube.begin[0] == 0.0
+    assert tube.end[-1] == pytest.approx(1.2)
+    assert np.array_equal(tube.begin[1:], tube.end[:-1])
+    assert list(tube.bounds) == (["mass.y", "mass.speed"] if name == "rates" else ["tank.y"])
+    runs = [Experiment(with_settings(loop, m), "python").run(substeps=16) for m in members(loop, 24)]
+    for signal, (low, high) in tube.bounds.items():
+        values = np.array([run[signal] for run in runs])
+        at = np.minimum(np.searchsorted(tube.end, runs[0].t), len(tube.end) - 1)
+        assert np.all(low[at] <= values)
+        assert np.all(values <= high[at])
+        # It is not much wider than the runs are apart.
+        assert np.all((high - low)[at] <= np.ptp(values, axis=0) + 0.4)
+
+
+def test_a_tube_ends_where_the_first_of_its_boxes_is_open():
+    one = Tube(np.array([0.0, 1.0]), np.array([1.0, 2.0]), {"y": (np.array([0.0, 1.0]), np.array([1.0, 2.0]))})
+    other = Tube(np.array([0.0]), np.array([1.5]), {"y": (np.array([0.5]), np.array([1.5]))})
+    both = hull([one, other])
+    assert (list(both.begin), list(both.end)) == ([0.0, 1.0], [1.0, 1.5])
+    assert [list(side) for side in both.bounds["y"]] == [[0.0, 0.5], [1.5, 2.0]]
+    meet = intersection([one, other])
+    assert list(meet.end) == [1.0, 1.5, 2.0]
+    assert [list(side) for side in meet.bounds["y"]] == [[0.5, 1.0, 1.0], [1.0, 1.5, 2.0]]
