@@ -8,8 +8,9 @@ from itertools import pairwise, product, zip_longest
 from typing import Any
 BITS, SLABS, ONE, MINUS = 96, 12, 1 << 96, [-1 << 96, 0]  # binary digits after the point; slabs of a table; 1; -1
 WORK = [0, 10**9]  # the work so far, and the most that a file may cause
-def need(condition: Any, text: str) -> None:  # all that is checked is checked here
-    if not condition: raise AssertionError(text)
+def need(condition: Any, text: str, work: int = 0) -> None:  # all that is checked is checked here
+    WORK[0] += work
+    if not condition or WORK[0] > WORK[1]: raise AssertionError("too much work" if condition else text)
 def number(x: Any) -> Any:  # of the file; from 2^-43 on all numbers are multiples of the unit, smaller ones are cut
     if isinstance(x, list): return [*map(number, x)]
     need(type(x) in (int, float) and abs(x) < 2**64, f"{x!r:.40} is no number below 2^64")
@@ -26,8 +27,7 @@ def times(a: list[int], b: list[int]) -> list[int]:  # e e lies in [0, 1] = 1/2 
     both, ra, rb = [x * y for x, y in zip(a[2:], b[2:])], sum(map(abs, a[1:])), sum(map(abs, b[1:]))
     r = abs(a[0]) * b[1] + abs(b[0]) * a[1] + ra * rb - sum(map(abs, both)) // 2
     g = [(a[0] * y + b[0] * x) >> BITS for x, y in zip_longest(a[2:], b[2:], fillvalue=0)]
-    WORK[0] += 20 + len(g)
-    need(WORK[0] < WORK[1] and abs(a[0]) + ra + abs(b[0]) + rb < ONE << 200, "too much work, or too large numbers")
+    need(abs(a[0]) + ra + abs(b[0]) + rb < ONE << 200, "numbers become too large", 20 + len(g))
     return [(2 * a[0] * b[0] + sum(both)) >> (BITS + 1), (r >> BITS) + len(g) + 3, *g]  # each shift drops below a unit
 def wave(signs: tuple[int, ...], x: int) -> int:  # the sum of signs[n % 4] x^n / n!, wrong by less than a unit
     need(abs(x) < 16 * ONE, "the argument of sin, cos or exp is beyond 16")
@@ -63,7 +63,7 @@ def tabulated(table: Any, inputs: Any, hint: Any) -> list[int]:  # a plane plus 
             least = max(y + (min(s * a, s * b) >> BITS) for s, y, _ in bound)
             most = min(y + (max(s * a, s * b) >> BITS) + 1 for s, _, y in bound)
             axes.append([least, most, *(y for y in k if least < y < most)] if least <= most else [])
-        WORK[0] += 100 * math.prod(map(len, axes))
+        need(True, "", 50 * len(knots[0]) * math.prod(map(len, axes)))
         for p in product(*axes):  # between knots the table less the plane is linear in each input: extreme at corners
             rest.append(looked_up(knots, values, p) - sum(s * (x - y[0]) >> BITS for s, x, y in zip(slopes, p, inputs)))
     plane = total(times([0, *y[1:]], [s, 0]) for s, y in zip(slopes, inputs, strict=True))
@@ -91,8 +91,8 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
     def series(self, inputs: Any, seeds: Any = None, hints: Any = ()) -> Any:  # Taylor coefficients in time, of node i
         @cache
         def v(i: int, k: int = 0) -> Any:
-            WORK[0], (op, *rest) = WORK[0] + 100, self.nodes[i]
-            need(WORK[0] < WORK[1] and not (k and op in ("error", "table", "abs")), f"too much work, or slope of {op}")
+            op, *rest = self.nodes[i]
+            need(not k or op not in ("error", "table", "abs"), f"the derivative of {op} is not known", 100)
             if op == "+": return add(v(rest[0], k), v(rest[1], k))
             if op == "*": return folded(rest[0], rest[1], k, range(k + 1))
             if op == "const": return [0 if k else number(*rest), 0]

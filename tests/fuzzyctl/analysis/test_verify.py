@@ -714,6 +714,24 @@ def test_the_work_that_a_file_causes_is_bounded(monkeypatch):
     assert "too much work" in str(refused({"format": "fuzzyctl certificate 1", "parts": [part]}))
 
 
+def test_a_table_without_end_is_refused(monkeypatch):
+    monkeypatch.setattr(verify, "WORK", [0, 10**6])
+    knots = [[0.0, 1.0, 2.0]] * 8
+    values = 0.0
+    for k in knots:
+        values = [values] * len(k)
+    part = growth(verify) | {"tables": [{"knots": knots, "values": 0.0}]}
+    part["tables"][0]["values"] = values
+    part["nodes"].append(["table", 0, *[0] * 8])
+    part["claims"][0][1] = [[[5, 0]]]
+    part["start"] = [[0.0, 8.0]]
+    part["claims"][0][2:] = [0, 0]
+    part["proofs"][0]["steps"] = [{"tables": {}, "parts": []}]
+    part["held"] = [5]
+    part["proofs"][0]["steps"][0]["tables"] = {"5": [[0.0] * 8, []]}
+    assert "too much work" in str(refused({"format": "fuzzyctl certificate 1", "parts": [part]}))
+
+
 def test_the_checker_is_short_and_needs_python_alone(certificates, tmp_path):
     text = SOURCE.read_text(encoding="utf-8")
     assert text.count("\n") <= 200
