@@ -40,7 +40,7 @@ _QUICK: Final = 0.3
 #: Most open boxes that a verdict shows.
 _SHOWN: Final = 3
 #: Numbers of periods at which a set is replaced by a parallelotope that later sets may lie in.
-_ANCHORS: Final = frozenset(round(100 * 1.6**k) for k in range(24))
+ANCHORS: Final = frozenset(round(100 * 1.6**k) for k in range(24))
 
 #: Members that are run to refute claims, and their time as a part of that of the proofs.
 DRAWN: Final = 64
@@ -137,7 +137,8 @@ class LoopProver:
         results = {p.name: p.results for p in self.loop.plants}
         return [f"{i.name}.{r.name}" for i in self.loop.instances for r in results.get(i.controller, ())]
 
-    def _sets(self, claims: Sequence[Always], end: float) -> ReachableSets:
+    def sets(self, claims: Sequence[Always], end: float) -> ReachableSets:
+        """Return the sets for some claims up to a time, infinite for all times."""
         params = [d.name for d in self.dimensions if not d.state]
         number = self.loop.number
         conditions = [loosened(c.claim, 0.0 if c.within is None else number(c.within)) for c in claims]
@@ -228,7 +229,7 @@ class LoopProver:
             _Claim(c, 0.0 if c.begin is None else number(c.begin), duration if c.end is None else number(c.end))
             for c in claims
         ]
-        sets = self._sets(claims, max(c.end for c in asked))
+        sets = self.sets(claims, max(c.end for c in asked))
         until = clock.used() + self.timeout
         boxes = [(*self._family(), list(range(len(asked))))]
         tubes: list[Tube] = []
@@ -386,7 +387,7 @@ class LoopProver:
     def _forever(self, claim: Always) -> Verdict:
         """Return the verdict on a claim about all times: a set that later lies in itself is invariant."""
         text = guarantee_text(claim)
-        sets = self._sets([claim], math.inf)
+        sets = self.sets([claim], math.inf)
         if reason := _changes(sets):
             return Undecided(text, reason)
         return self._cut_up(lambda low, high, until: self._forever_in(claim, sets, low[None], high[None], until))
@@ -443,7 +444,7 @@ class LoopProver:
                 return None
             motion = modes(previous[0], rows) if previous else None
             previous[:] = [rows]
-            if period // rate in _ANCHORS and period * sets.equations.step >= begin:
+            if period // rate in ANCHORS and period * sets.equations.step >= begin:
                 anchor[:] = [Parallelotope(rows, params, motion)]
                 previous.clear()
                 return anchor[0].rows
@@ -474,7 +475,7 @@ class LoopProver:
     def _stable(self) -> Verdict:
         """Return the verdict on convergence: the members come into a ball that a period contracts."""
         text = "stable"
-        sets = self._sets([], math.inf)
+        sets = self.sets([], math.inf)
         if reason := _changes(sets):
             return Undecided(text, reason)
         if sets.spread:
