@@ -205,14 +205,14 @@ def simulate(task: Task, names: Sequence[str], begin: Begin | None = None) -> li
     return _simulate(task, names, begin)
 
 
-def simulate_whole(task: Task, names: Sequence[str]) -> list[Trajectory]:
-    """Run a checked scenario under some control laws, all of them to the end.
+def simulate_whole(task: Task, names: Sequence[str], begin: Begin | None = None) -> list[Trajectory]:
+    """Run a checked scenario under some control laws, all of them to the end; arguments as those of `simulate`.
 
     Raises:
         DiagnosticError: As `simulate` does.
         KeyboardInterrupt: When it comes before all is done.
     """
-    trajectories = simulate(task, names)
+    trajectories = simulate(task, names, begin)
     if len(trajectories) < len(names) or any(t.stop and t.stop.reason == "interrupted" for t in trajectories):
         raise KeyboardInterrupt
     return trajectories

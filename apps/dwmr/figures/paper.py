@@ -135,6 +135,11 @@ class PaperFigure:
         """The law whose run it shows, and whether that is the experiment."""
         return f"{TITLES[self.law]}, experiment" if self.experiment else TITLES[self.law]
 
+    @property
+    def caption(self) -> str:
+        """Its number, law and subject."""
+        return f"Fig. {self.number}, {self.subject}: {self.title}"
+
     def file(self, suffix: str) -> str:
         """Return the name of its file."""
         return f"fig{self.number:02d}.{suffix}"
@@ -328,5 +333,5 @@ def draw(figure: PaperFigure, path: Path, trajectory: Trajectory, scenario: Scen
     undated = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     with mpl.rc_context({**STYLE, "svg.hashsalt": "dwmr"}):
         drawn = figure.draw(trajectory, scenario)
-        drawn.suptitle(f"Fig. {figure.number}, {figure.subject}: {figure.title}", fontsize=10)
+        drawn.suptitle(figure.caption, fontsize=10)
         drawn.savefig(path, metadata=undated[path.suffix])

@@ -336,6 +336,7 @@ class DisturbanceSettings(Window):
 
     kind: Literal["sinusoid", "constant"]
     angular_frequency: float = quantity("of a sinusoid", "rad/s", gt=0, default=1.0)
+    phase: float = quantity("of a sinusoid at t = 0", "rad", ge=-FULL_TURN, le=FULL_TURN, default=0.0)
     v: float = quantity("velocity-equivalent amplitude, linear", "m/s")
     omega: float = quantity("velocity-equivalent amplitude, angular", "rad/s")
     force: float = quantity("force amplitude", "N")
@@ -345,9 +346,10 @@ class DisturbanceSettings(Window):
     )
 
     @model_validator(mode="after")
-    def _frequency_of_a_sinusoid(self) -> DisturbanceSettings:
-        if self.kind == "constant" and "angular_frequency" in self.model_fields_set:
-            raise ValueError("angular_frequency has no effect on a constant disturbance; leave it out")
+    def _keys_of_a_sinusoid(self) -> DisturbanceSettings:
+        for key in ("angular_frequency", "phase"):
+            if self.kind == "constant" and key in self.model_fields_set:
+                raise ValueError(f"{key} has no effect on a constant disturbance; leave it out")
         return self
 
 

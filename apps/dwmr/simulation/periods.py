@@ -217,7 +217,7 @@ def _acting(scenario: Scenario) -> Any:
             frequency = one.angular_frequency if one.kind == "sinusoid" else 0.0
             share = 1.0 if one.robots is None or name in one.robots else 0.0
             amplitudes = [share * a for a in (one.v, one.omega, one.force, one.torque)]
-            acting[i, k] = (one.start, one.stop, frequency, *amplitudes)
+            acting[i, k] = (one.start, one.stop, frequency, one.phase, *amplitudes)
     return acting
 
 
