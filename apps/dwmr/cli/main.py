@@ -19,6 +19,7 @@ COMMANDS: Final = {
     "animate": ("dwmr.cli.animate", "animate", "Write a run as a film, GIF or MP4."),
     "report": ("dwmr.cli.run", "report", "Write one HTML page with tables and interactive plots."),
     "compare": ("dwmr.cli.repetitions", "compare", "Compare control laws, with confidence intervals."),
+    "bench": ("dwmr.cli.repetitions", "bench", "Tune control laws equally, and compare them on held-out runs."),
     "sweep": ("dwmr.cli.repetitions", "sweep", "Run a scenario many times with varied values."),
 }
 
@@ -48,5 +49,6 @@ def main() -> None:
     dwmr animate paper -o run.gif        the run as a film
     dwmr report paper --controller all   tables and plots on one HTML page
     dwmr compare paper --runs 20         laws with confidence intervals
+    dwmr bench paper                     laws after equal tuning
     dwmr sweep spec.toml                 many runs, on all processors
     """

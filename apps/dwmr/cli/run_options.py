@@ -231,6 +231,10 @@ def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory
         with jit.watched(partial(display.report, "compiling", 100)):
             simulations = [simulate.prepare(task.file, name, task.rules) for name in names]
             simulate.require_memory(simulations, task.file.places)
+            run = task.file.scenario.run
+            if (every := simulations[0].every) > 1 and run.record_every is None:
+                step = f"{every} control periods ({every * run.dt:g} s); run.record_every sets it"
+                say(f"note: results are computed from a sample every {step}", err=True)
             trajectories.append(_run(simulations[0], display))
         for one in simulations[1:]:
             if trajectories[-1].stop is not None and trajectories[-1].stop.reason == "interrupted":

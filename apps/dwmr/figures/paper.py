@@ -30,7 +30,7 @@ def sliding(trajectory: Trajectory, scenario: Scenario) -> Figure:
 
 def sliding_rates(trajectory: Trajectory, scenario: Scenario) -> Figure:
     """Draw the backward differences of σ and σ* of both channels."""
-    rates = {key: derived.rate(signal, scenario.run.dt) for key, signal in _both(trajectory, scenario).items()}
+    rates = {key: derived.rate(signal, trajectory.step) for key, signal in _both(trajectory, scenario).items()}
     return _grid(trajectory, scenario, rates, r"\dot", "/s")
 
 

@@ -90,7 +90,7 @@ def differences(scenario: Scenario, shipped: str) -> tuple[str, ...]:
     paper = read(find(shipped)).scenario
     keys = [
         key
-        for key in ("reference", "formation", "obstacles", "avoidance", "load", "disturbances")
+        for key in ("reference", "formation", "communication", "obstacles", "avoidance", "load", "disturbances")
         if getattr(scenario, key) != getattr(paper, key)
     ]
     keys += [f"run.{key}" for key in ("horizon", "plant") if getattr(scenario.run, key) != getattr(paper.run, key)]
