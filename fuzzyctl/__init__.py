@@ -13,9 +13,9 @@ from fuzzyctl.operations import register
 
 if TYPE_CHECKING:
     from fuzzyctl import plot as plot
-    from fuzzyctl.analysis.block_bounds import output_bounds
     from fuzzyctl.analysis.bounds import OutputBound
     from fuzzyctl.analysis.check import check
+    from fuzzyctl.analysis.extremes import output_bounds
     from fuzzyctl.analysis.prove import prove
     from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdicts, Witness
     from fuzzyctl.building import build as build
@@ -106,7 +106,7 @@ _HOMES = {
     "load": "fuzzyctl.loading.load",
     "load_all": "fuzzyctl.loading.load",
     "loads": "fuzzyctl.loading.load",
-    "output_bounds": "fuzzyctl.analysis.block_bounds",
+    "output_bounds": "fuzzyctl.analysis.extremes",
     "prove": "fuzzyctl.analysis.prove",
     "simulate": "fuzzyctl.simulation.simulate",
     "why": "fuzzyctl.explain.block_trace",

@@ -83,7 +83,6 @@ HOMES = {
     "mujoco": set(),  # by name, when a scenario's robots are rigid bodies
     "gymnasium": {"fuzzyctl/interop/environments.py"},
     "scipy": {
-        "apps/dwmr/calibration/search.py",
         "apps/dwmr/output/data.py",
         "fuzzyctl/experiments/estimates.py",
         "fuzzyctl/simulation/members.py",

@@ -6,18 +6,21 @@ import math
 from fractions import Fraction
 from typing import Any, Final
 
+from fuzzyctl.analysis import bounds as system_bounds
 from fuzzyctl.analysis.accuracy import located
-from fuzzyctl.analysis.bounds import SPENT, OutputBound, output_bounds
+from fuzzyctl.analysis.bounds import SPENT, OutputBound
 from fuzzyctl.analysis.multilinear.slopes import steepest
 from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.analysis.work import SECOND, Work, clock, compiling, evaluation
 from fuzzyctl.kernels.plan.build import Plan, plan
+from fuzzyctl.model.block import Block
+from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import record
 from fuzzyctl.support import arguments
 
-#: Seconds that all ends and slopes may take, see `extents`.
+#: Seconds that all ends and slopes may take, see `extents`, and all bounds of a controller.
 TIMEOUT: Final = 5.0
 #: Largest distance of a bound from an attained value, as a part of the bounds of the consequents: about one percent of
 #: the range of the attained values.
@@ -67,7 +70,7 @@ def extents(system: FuzzySystem, *, timeout: float = TIMEOUT) -> tuple[Extent, .
     timeout = arguments.seconds("'timeout'", timeout)
     flat = plan(system)
     surface = surface_of(flat)
-    bounds = output_bounds(system)
+    bounds = system_bounds.output_bounds(system)
     is_late = not timeout or clock.is_over(compiling(flat)) or not located(flat, Work(0.5 * SECOND * timeout))
     if surface is None and is_late:
         return tuple(_consequents_alone(system, bounds[o.name]) for o in system.outputs)
@@ -203,3 +206,32 @@ class _BySubdivision:
     def _note_spent(self, output: int, work: Work) -> None:
         if work.left <= 0.0:
             self.spent.add(output)
+
+
+def output_bounds(system: FuzzySystem | Controller, *, timeout: float = TIMEOUT) -> dict[str, OutputBound]:
+    """Bound every output of a system over all inputs, or every output and state of a controller over all steps.
+
+    Of a system, an average lies between the consequents of the rules that can fire, a weighted sum within the sum of
+    what each rule can add, a centroid between the ends of their supports, an adaptive output within its range. Where it
+    is not proved that some rule always fires, `else` counts too. NaN, for `else nan` and for inputs that are NaN, is
+    not bounded. Of a controller, inputs are taken in their ranges, and states in those that no step leaves, see
+    `prove`; the note of a bound says why an end is infinite, and for which inputs it is proved if not for all.
+
+    Args:
+        system: The system or the controller.
+        timeout: Seconds that all bounds of a controller may take together; those of a system take no search.
+
+    Returns:
+        A bound for each output by name, of a controller for each declared state, too.
+
+    Raises:
+        ArgumentError: For an object that is neither a system nor a controller, and for a timeout that is not a number.
+        ValueOutOfBoundsError: For a negative timeout.
+    """
+    timeout = arguments.seconds("'timeout'", timeout)
+    block: Any = arguments.instance("the system", Block, "a FuzzySystem or a Controller", system)
+    if not block.is_sampled:
+        return system_bounds.output_bounds(block)
+    from fuzzyctl.analysis.induction.bounds import controller_bounds
+
+    return controller_bounds(block, timeout)

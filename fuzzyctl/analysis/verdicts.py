@@ -23,11 +23,14 @@ class Proved(Displayed):
         claim: The guarantee as a rule file writes it.
         span: Its place, if it came from a text.
         note: The numbers that the proof is about, where these are not the numbers that kernels return.
+        data: Numbers of the proof, if they are kept: of `require stable` the ball, with its quadratic function and the
+            vertices of the derivatives.
     """
 
     claim: str
     span: Span | None = field(default=None, compare=False, repr=False)
     note: str = ""
+    data: object = field(default=None, compare=False, repr=False)
 
     def __repr__(self) -> str:
         return _line("Proved", self.claim, self.note)

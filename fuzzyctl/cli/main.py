@@ -26,6 +26,7 @@ GROUPS: Final = {
     },
     "Trust": {
         "prove": ("fuzzyctl.cli.prove", "prove", "Prove the guarantees of rule files, or bound their outputs."),
+        "verify": ("fuzzyctl.cli.prove", "verify", "Check a certificate that 'prove --certificate' wrote."),
         "compare": ("fuzzyctl.cli.compare", "compare", "Compare two files, in numbers or in what was changed."),
     },
     "Run": {

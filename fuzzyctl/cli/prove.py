@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -26,7 +28,7 @@ from fuzzyctl.cli.common import (
     report,
     show,
 )
-from fuzzyctl.cli.loading import Choice, Opened, chooses, load_checked, open_block, open_blocks
+from fuzzyctl.cli.loading import Choice, Opened, chooses, content_of, load_checked, open_block, open_blocks
 from fuzzyctl.cli.progress import status_line
 from fuzzyctl.cli.streams import INTERRUPTED, say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -54,6 +56,7 @@ class Proof:
         block: The block.
         claims: How many claims there are.
         verdicts: The verdicts so far.
+        prover: The prover of the block.
         tube: Bounds of the outputs of the plants of a loop over time, None without.
     """
 
@@ -61,6 +64,7 @@ class Proof:
     block: Block
     claims: int = 0
     verdicts: list[Verdict] = field(default_factory=list)
+    prover: Any = None
     tube: Tube | None = None
 
 
@@ -79,11 +83,22 @@ class Proof:
     metavar="FILE",
     help="Write bounds of all members of a loop over time: PNG, SVG or PDF with runs, or CSV.",
 )
+@click.option(
+    "--certificate",
+    metavar="OUT.json",
+    help="Write what 'fuzzyctl verify' needs to check the proved claims of loops.",
+)
 @FORMAT
 @QUIET
 @answers_with_diagnostics
 def prove(
-    files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float | None, tube: str | None, form: str
+    files: tuple[str, ...],
+    choice: Choice,
+    bounds: bool,
+    timeout: float | None,
+    tube: str | None,
+    certificate: str | None,
+    form: str,
 ) -> int:
     """Prove the guarantees of rule files: their 'require' lines.
 
@@ -95,6 +110,9 @@ def prove(
     --bounds prints for each output an interval that contains every number that a kernel returns, for any inputs; for a
     controller, over every step that a run can reach. The points at which an output comes nearest to its bounds are
     evaluated. The printed slopes bound the change of an output per unit of each input.
+
+    --certificate writes the claims of loops that are proved to a file, with what had to be found; a claim whose proof
+    cannot be written this way is named, and the exit code is 3.
 
     \b
     fuzzyctl prove tipper ais_reaction
@@ -110,6 +128,8 @@ def prove(
         if tube is not None:
             raise click.UsageError("--tube is not for --bounds")
         return print_bounds(files[0], choice, 4.0 if timeout is None else timeout, form)
+    if certificate is not None and len(files) > 1:
+        raise click.UsageError("--certificate takes one file")
     timeout = 10.0 if timeout is None else timeout
     proofs: list[Proof] = []
     mistakes: list[Diagnostic] = []
@@ -130,11 +150,15 @@ def prove(
         show(mistakes)
         say(f"interrupted{': ' if proofs else ''}{_summary(proofs)}", err=True)
         sys.exit(INTERRUPTED)
+    lacking = {} if certificate is None or mistakes else _write_certificate(certificate, proofs, choice)
     if form == "json":
-        write_json(_as_data(proofs, mistakes))
+        data = _as_data(proofs, mistakes)
+        write_json(data if certificate is None else data | {"certificate": {"file": certificate, "without": lacking}})
     else:
         if proofs:
             report(_summary(proofs))
+        for claim, reason in lacking.items():
+            report(f"no certificate of '{claim}': {reason}")
         show(mistakes)
     if tube is not None:
         _write_tube(Path(tube), proofs, tell)
@@ -143,7 +167,54 @@ def prove(
         return FAILED
     if mistakes:
         return code_of(mistakes)
-    return UNDECIDED if "Undecided" in kinds else DONE
+    return UNDECIDED if "Undecided" in kinds or lacking else DONE
+
+
+def _write_certificate(path: str, proofs: Sequence[Proof], choice: Choice) -> dict[str, str]:
+    """Write the certificate of all proved claims of loops; return why claims are not in it.
+
+    Raises:
+        DiagnosticError: If the file cannot be written.
+    """
+    from fuzzyctl.analysis.reach.certificate import certificate_of
+    from fuzzyctl.analysis.verdicts import Proved
+    from fuzzyctl.support.writing import written_whole
+
+    parts: list[dict[str, Any]] = []
+    lacking: dict[str, str] = {}
+    for proof in proofs:
+        if proof.block.kind != "loop":
+            continue
+        claims = [c for c, v in zip(proof.prover.own, proof.verdicts, strict=True) if isinstance(v, Proved)]
+        certified, reasons = certificate_of(proof.prover, claims, choice.settings)
+        parts += certified
+        lacking |= reasons
+    if parts:
+        with written_whole(path) as temporary:
+            temporary.write_text(json.dumps({"format": "fuzzyctl certificate 1", "parts": parts}), encoding="utf-8")
+    return lacking
+
+
+@click.command()
+@click.argument("file", metavar="CERTIFICATE")
+@click.option("--source", metavar="FILE", help="Also check that this rule file is the one that was proved.")
+@answers_with_diagnostics
+def verify(file: str, source: str | None) -> None:
+    """Check a certificate that 'fuzzyctl prove --certificate' wrote, without the rule file.
+
+    The check is one module of 200 lines that needs Python alone; it evaluates the loop's equations with whole
+    numbers, rounded outward, and searches for nothing. Exit code 1 with the first step that does not hold.
+    """
+    from fuzzyctl.analysis import verify as checker
+
+    checker.main(file)
+    if source is None:
+        return
+    content, _ = content_of(source)
+    with open(file, "rb") as opened:
+        parts = json.load(opened)["parts"]
+    if not all(sha256(content).hexdigest() in part.get("sha256", {}).values() for part in parts):
+        raise click.ClickException(f"{source} is not the file that was proved: its hash is not in {file}")
 
 
 def _opened(file: str, choice: Choice) -> Opened:
@@ -172,7 +243,7 @@ def _prove(proof: Proof, timeout: float, tell: Callable[[str], None] | None) -> 
         if tell is not None:
             tell(f"{proof.file}: {proof.block.name}: no guarantees; {proof.block.unclaimed}")
         return
-    prover = prover_of(proof.block, timeout)
+    proof.prover = prover = prover_of(proof.block, timeout)
     proof.claims = len(prover.own)
     if tell is not None and not proof.claims:
         tell(f"{proof.file}: {proof.block.name}: no guarantees")

@@ -56,6 +56,24 @@ def share_interval(hits: int, n: int) -> tuple[float, float] | None:
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
+#: Resamples of a bootstrap.
+RESAMPLES = 2000
+
+
+def bootstrap_interval(values: Sequence[float], seed: int) -> tuple[float, float]:
+    """Return the percentile interval of a mean over `RESAMPLES` seeded resamples.
+
+    Source:
+        Efron, Bootstrap methods: another look at the jackknife, Annals of Statistics 7, 1979.
+    """
+    import numpy as np
+
+    picks = np.random.default_rng(seed).integers(len(values), size=(RESAMPLES, len(values)))
+    means = np.sort(np.asarray(values)[picks].mean(axis=1))
+    outside = round(0.5 * (1.0 - CONFIDENCE) * RESAMPLES)
+    return float(means[outside]), float(means[-1 - outside])
+
+
 Row = Mapping[str, Any]
 
 

@@ -26,16 +26,6 @@ def write_table(
     write(path, pa.table({name: list(values) for name, values in columns.items()}), metadata, application)
 
 
-def read_table(path: Path, application: str) -> tuple[dict[str, list[Any]], dict[str, Any]]:
-    """Return the columns of a file, and its metadata.
-
-    Raises:
-        ValueError: When it has no metadata of the application.
-    """
-    table = read(path)
-    return table.to_pydict(), metadata_of(table, application)
-
-
 def write(path: Path, table: Any, metadata: Mapping[str, Any], application: str) -> None:
     """Write a table of pyarrow."""
     import pyarrow as pa

@@ -53,6 +53,14 @@ class Results:
         """
         self.write(name, lambda path: _write_text(path, text))
 
+    def read(self, name: str) -> bytes:
+        """Return the content of a file that waits.
+
+        Raises:
+            FileNotFoundError: If it does not wait.
+        """
+        return ((self._parts or self.folder) / name).read_bytes()
+
     def drop(self, name: str) -> None:
         """Give up a file that waits."""
         if self._parts is not None:

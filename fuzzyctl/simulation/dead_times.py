@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.kernels.plan.equations import Equation, Equations, feedthrough
+from fuzzyctl.expr import Name
+from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation, KeptState, feedthrough
 from fuzzyctl.model.loop import TIME
-from fuzzyctl.simulation.equations import LoopEquations
+from fuzzyctl.simulation.equations import LoopEquations, needs
 from fuzzyctl.simulation.sample_times import MOST_KEPT
 
 #: Parts of a step at which delayed signals are looked up: begin, middle, end, and a quarter. Signals that vary within
@@ -27,6 +28,8 @@ _MOST_JUMPS: Final = 100
 _SAME: Final = 1e-9
 _DIGITS: Final = 8
 _SAME_LONG: Final = 1e-15
+#: Most states of a loop that keeps delayed signals.
+_MOST_STATES: Final = 64
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,34 @@ def _reads(equations: LoopEquations) -> list[Sequence[str]]:
     signals = tuple((d.name, d.signal) for d in equations.delays)
     reads = feedthrough(Equations((TIME, *states, *outputs, *delayed), (), body, signals, (), None, 0))
     return [reads[name] for name in delayed]
+
+
+def kept_samples(equations: LoopEquations) -> LoopEquations | str:
+    """Return a loop that keeps delayed signals as states, one for each sample of a dead time, or why it cannot.
+
+    That is exact for a signal that only changes at samples, and for any signal that is only read at samples.
+    """
+    body = [i for i in equations.body if not (isinstance(i, Equation) and i.name in equations.held)]
+    varying = {TIME, *(s.name for s in equations.plant_states), *equations.disturbances}
+    between = [*equations.integrated, *(e for name, e in equations.signals.items() if name.startswith("#"))]
+    states, updates, values = list(equations.states), list(equations.updates), list[Equation | Evaluation]()
+    for d in equations.delays:
+        ratio = d.time / equations.step
+        count = round(ratio)
+        if count < 1 or abs(ratio - count) > _SAME * count:
+            what = f"a dead time of {d.time:g} s is no whole number of samples of {equations.step:g} s"
+            return f"{what}: a 'step' of the run that divides it helps"
+        if needs(body, [d.signal], varying) and needs(body, between, {d.name}):
+            return f"a signal that changes between samples acts {d.time:g} s later on a plant, which cannot be enclosed"
+        names = [f"{d.name}#{k}" for k in range(count)]
+        if len(states) + count > _MOST_STATES:
+            return f"dead times of more than {_MOST_STATES} samples cannot be enclosed"
+        states += [KeptState(name, d.start, span=d.span) for name in names]
+        updates += [d.signal, *map(Name, names[:-1])]
+        values.append(Equation(d.name, Name(names[-1]), d.span))
+    delayed = {d.name for d in equations.delays}
+    return replace(equations, body=(*values, *equations.body), states=tuple(states), updates=tuple(updates), delays=(),
+                   held=equations.held | delayed)  # fmt: skip
 
 
 def _jumps(equations: LoopEquations, ratios: Sequence[float]) -> list[float]:

@@ -64,7 +64,7 @@ static push disturbances(double began, double t, const disturbance *acting, int 
     for (int k = 0; k < m; k++) {
         const disturbance *one = &acting[k];
         if (began < one->start || began >= one->stop) continue;
-        double shape = one->angular_frequency != 0.0 ? sin(one->angular_frequency * t) : 1.0;
+        double shape = one->angular_frequency != 0.0 ? sin(one->angular_frequency * t + one->phase) : 1.0;
         sum.v += shape * one->v;
         sum.omega += shape * one->omega;
         sum.force += shape * one->force;

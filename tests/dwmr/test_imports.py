@@ -15,7 +15,7 @@ DWMR_ORDER = [
     ["scenario"],
     ["simulation"],
     ["results"],
-    ["figures", "calibration", "output"],
+    ["figures", "output"],
     ["sweep", "page"],
     ["cli", "ros"],
     ["__main__"],

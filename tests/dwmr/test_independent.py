@@ -77,7 +77,7 @@ class Formation:
         total = np.zeros(4)
         for one in self.scenario.disturbances:
             if one.start <= t < one.stop:
-                shape = math.sin(one.angular_frequency * t) if one.kind == "sinusoid" else 1.0
+                shape = math.sin(one.angular_frequency * t + one.phase) if one.kind == "sinusoid" else 1.0
                 total += shape * np.array([one.v, one.omega, one.force, one.torque])
         return total
 

@@ -16,7 +16,7 @@ from fuzzyctl.cli.main import main as fuzzyctl
 PROGRAMS = {"fuzzyctl": fuzzyctl, "dwmr": dwmr}
 
 #: Commands that start processes of their own, which spend seconds on imports; before a release they do.
-SWEEPS = (("dwmr", ["sweep"]), ("dwmr", ["compare"]), ("dwmr", ["calibrate"]), ("fuzzyctl", ["sweep"]))
+SWEEPS = (("dwmr", ["sweep"]), ("dwmr", ["compare"]), ("fuzzyctl", ["sweep"]))
 
 #: A command with what a shell does for it: values of variables before it, and a file that takes one of its streams.
 _FORM = re.compile(r"(?P<values>(?:[A-Z_]+=[\w./]* )*)(?P<words>.*?)(?: (?P<stream>2?)> (?P<file>[\w.-]+))?")

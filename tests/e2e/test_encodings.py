@@ -70,7 +70,7 @@ ROBOTS = {
     "figures": [["figures", "mine.toml", "--only", "8", "-o", "→"]],
     "animate": [["animate", "mine.toml", "-o", "→.gif", "--fps", "→"]],
     "report": [["report", "mine.toml", "-o", "→.html"]],
-    "calibrate": [["calibrate", "mine.toml", "-o", "→.toml", "--evaluations", "1", "--jobs", "1"]],
+    "paper": [["paper", "-o", "→", "--set", "run.horizon=→"]],
     "compare": [["compare", "mine.toml", "--controller", "smc", "--jobs", "1"]],
     "sweep": [["sweep", "spec.toml", "--jobs", "1", "-o", "→"], ["sweep", "→.toml"]],
 }
@@ -139,7 +139,7 @@ CASES = [
 
 
 #: Commands of dwmr that take seconds: they run under one encoding, and under UTF-8 only before a release.
-LONG = {"run", "figures", "animate", "report", "calibrate", "compare", "sweep"}
+LONG = {"run", "figures", "animate", "report", "compare", "sweep"}
 
 
 def takes_seconds(case):

@@ -15,10 +15,11 @@ COMMANDS: Final = {
     "check": ("dwmr.cli.scenarios", "check", "Find the mistakes of scenarios and their rule files."),
     "run": ("dwmr.cli.run", "run", "Run a scenario and write the results to a folder."),
     "figures": ("dwmr.cli.figures", "figures", "Draw the counterparts of the paper's Figures 8 to 39."),
+    "paper": ("dwmr.cli.figures", "paper", "Write all tables and figures of the paper, with one page."),
     "animate": ("dwmr.cli.animate", "animate", "Write a run as a film, GIF or MP4."),
     "report": ("dwmr.cli.run", "report", "Write one HTML page with tables and interactive plots."),
-    "calibrate": ("dwmr.cli.calibrate", "calibrate", "Fit values that the paper does not print to its Table 12."),
     "compare": ("dwmr.cli.repetitions", "compare", "Compare control laws, with confidence intervals."),
+    "bench": ("dwmr.cli.repetitions", "bench", "Tune control laws equally, and compare them on held-out runs."),
     "sweep": ("dwmr.cli.repetitions", "sweep", "Run a scenario many times with varied values."),
 }
 
@@ -44,9 +45,10 @@ def main() -> None:
     dwmr run paper --set rules.ais_reaction.k_s=0.5 --set run.horizon=60
     dwmr figures paper -o figures        counterparts of Figs. 8 to 28
     dwmr figures experiment -o figures   counterparts of Figs. 29 to 39
+    dwmr paper -o paper                  all tables and figures of the paper
     dwmr animate paper -o run.gif        the run as a film
     dwmr report paper --controller all   tables and plots on one HTML page
-    dwmr calibrate paper -o fitted.toml  unpublished values, fitted to Table 12
     dwmr compare paper --runs 20         laws with confidence intervals
+    dwmr bench paper                     laws after equal tuning
     dwmr sweep spec.toml                 many runs, on all processors
     """

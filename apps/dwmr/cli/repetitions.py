@@ -6,7 +6,7 @@ import dataclasses
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,7 +14,8 @@ from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
 from dwmr.control import laws as controllers
 from dwmr.scenario.file import UnknownScenarioError, find
-from fuzzyctl.cli.streams import say, terminated_as_interrupted, write_json
+from fuzzyctl.cli.progress import stages
+from fuzzyctl.cli.streams import outlive, say, terminated_as_interrupted, write_json
 from fuzzyctl.cli.sweeps import (
     checking,
     computing,
@@ -33,10 +34,23 @@ from fuzzyctl.experiments.scenario_keys import OverrideError
 
 if TYPE_CHECKING:
     from dwmr.scenario.file import ScenarioFile
+    from dwmr.sweep.bench import Entry as BenchEntry
+    from dwmr.sweep.bench import Tuned
     from dwmr.sweep.comparison import Entry
     from fuzzyctl.experiments.sweep_plan import Plan
     from fuzzyctl.experiments.sweep_run import Workers
     from fuzzyctl.experiments.sweep_spec import SpecFile
+
+
+_SEEDS = click.IntRange(0, 2**63 - 1)
+_seed_option = click.option("--seed", type=_SEEDS, metavar="N", default=0, help="Seed of all random draws.")
+_vary_option = click.option(
+    "--vary",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    metavar="SPEC",
+    show_default="masses, starts and disturbances, by about a tenth",
+    help="SPEC of dwmr sweep; its [random] gives the variation.",
+)
 
 
 @click.command(context_settings={"show_default": True})
@@ -49,14 +63,8 @@ if TYPE_CHECKING:
     help=f"Control laws, separated by commas; several at once: {', '.join(controllers.GROUPS)}.",
 )
 @click.option("--runs", type=click.IntRange(1, 100_000), metavar="N", default=1, help="Repetitions with varied values.")
-@click.option("--seed", type=click.IntRange(0, 2**63 - 1), metavar="N", default=0, help="Seed of all random draws.")
-@click.option(
-    "--vary",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    metavar="SPEC",
-    show_default="masses, starts and disturbances, by about a tenth",
-    help="SPEC of dwmr sweep; its [random] gives the variation.",
-)
+@_seed_option
+@_vary_option
 @run_options.rules_option
 @run_options.set_option
 @jobs_option
@@ -184,6 +192,96 @@ def _print(found: Sequence[Entry], style: str, runs: int, plans: Sequence[Plan[S
 
     scenarios = [plan.scenario.scenario for plan in plans] if runs == 1 else []
     print_comparison(report.console(), found, runs, {one.name: beside(one)[0] for one in scenarios})
+
+
+_COUNTS = click.IntRange(1, 10_000)
+
+
+@click.command(context_settings={"show_default": True})
+@click.argument("scenarios", nargs=-1, required=True, metavar="SCENARIO...")
+@click.option(
+    "--controller",
+    "names",
+    metavar="LAWS",
+    default="aifqsmc,fcafsmc,smc,kanayama,backstepping,super_twisting",
+    help="Control laws, separated by commas; others are compared with the first one.",
+)
+@click.option("--budget", type=_COUNTS, metavar="N", default=20, help="Candidates for the gains of each law.")
+@click.option("--training", type=_COUNTS, metavar="N", default=3, help="Repetitions that laws are tuned on.")
+@click.option("--runs", type=_COUNTS, metavar="N", default=10, help="Held-out repetitions.")
+@_seed_option
+@_vary_option
+@run_options.rules_option
+@run_options.set_option
+@run_options.format_option
+def bench(
+    scenarios: tuple[str, ...],
+    names: str,
+    budget: int,
+    training: int,
+    runs: int,
+    seed: int,
+    vary: Path | None,
+    rules_folder: Path | None,
+    overrides: tuple[str, ...],
+    style: str,
+) -> None:
+    """Tune control laws equally in SCENARIOs, shipped names or TOML files, and compare them on held-out runs."""
+    with mistakes_as_diagnostics(style), terminated_as_interrupted():
+        from dwmr.sweep import comparison
+
+        varied, laws = comparison.variation(vary), run_options.words_of(names)
+        run_options.require_once("SCENARIO...", scenarios)
+        plans = [_plan(varied, one, laws, training + runs, seed, rules_folder, overrides) for one in scenarios]
+        _require_names(plans)
+        entries, tuned, stopped = _bench(plans, training, budget, seed, rules_folder)
+    if style == "json":
+        gains = {name: {law: dataclasses.asdict(one) for law, one in by.items()} for name, by in tuned.items()}
+        write_json(finite({"tuned": gains, "entries": [dataclasses.asdict(one) for one in entries]}))
+    else:
+        from dwmr.output import report
+        from dwmr.sweep.bench import print_bench
+
+        print_bench(report.console(), entries, budget, training, runs)
+    for line in stopped:
+        say(f"warning: {line}", err=True)
+    if stopped:
+        sys.exit(1)
+
+
+def _bench(
+    plans: Sequence[Plan[ScenarioFile]], training: int, budget: int, seed: int, rules_folder: Path | None
+) -> tuple[list[BenchEntry], dict[str, dict[str, Tuned]], list[str]]:
+    """Return measures, tuned gains by scenario and law, and warnings; an interruption keeps the finished laws."""
+    from dwmr.sweep import bench as benchmark
+    from dwmr.sweep.robots import Robots
+
+    entries: list[BenchEntry] = []
+    tuned: dict[str, dict[str, Tuned]] = {}
+    stopped: list[str] = []
+    with stages() as begin:
+        for plan in plans:
+            name, measured = plan.scenario.scenario.name, dict[str, Any]()
+            one = benchmark.Bench(Robots(rules_folder), plan, training, budget, seed)
+            try:
+                for law in dict.fromkeys(run.controller for run in plan.runs):
+                    gains = one.tune(law, begin(f"{name}: tuning {law}", budget))
+                    begin(f"{name}: running {law}", 0)
+                    measured[law] = one.measure(law, gains.gains)
+                    tuned.setdefault(name, {})[law] = gains
+                    if lost := measured[law].count(None):
+                        stopped.append(f"{name}, {law}: {lost} of {len(measured[law])} runs stopped and are left out")
+            except KeyboardInterrupt:
+                if not tuned:
+                    raise
+                say(
+                    f"interrupted: done are {', '.join(f'{one}: {law}' for one, by in tuned.items() for law in by)}",
+                    err=True,
+                )
+                outlive()
+                return [*entries, *benchmark.entries(name, measured, seed)], tuned, stopped
+            entries += benchmark.entries(name, measured, seed)
+    return entries, tuned, stopped
 
 
 @click.command(context_settings={"show_default": True})

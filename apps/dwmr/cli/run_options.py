@@ -205,14 +205,14 @@ def simulate(task: Task, names: Sequence[str], begin: Begin | None = None) -> li
     return _simulate(task, names, begin)
 
 
-def simulate_whole(task: Task, names: Sequence[str]) -> list[Trajectory]:
-    """Run a checked scenario under some control laws, all of them to the end.
+def simulate_whole(task: Task, names: Sequence[str], begin: Begin | None = None) -> list[Trajectory]:
+    """Run a checked scenario under some control laws, all of them to the end; arguments as those of `simulate`.
 
     Raises:
         DiagnosticError: As `simulate` does.
         KeyboardInterrupt: When it comes before all is done.
     """
-    trajectories = simulate(task, names)
+    trajectories = simulate(task, names, begin)
     if len(trajectories) < len(names) or any(t.stop and t.stop.reason == "interrupted" for t in trajectories):
         raise KeyboardInterrupt
     return trajectories
@@ -231,6 +231,10 @@ def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory
         with jit.watched(partial(display.report, "compiling", 100)):
             simulations = [simulate.prepare(task.file, name, task.rules) for name in names]
             simulate.require_memory(simulations, task.file.places)
+            run = task.file.scenario.run
+            if (every := simulations[0].every) > 1 and run.record_every is None:
+                step = f"{every} control periods ({every * run.dt:g} s); run.record_every sets it"
+                say(f"note: results are computed from a sample every {step}", err=True)
             trajectories.append(_run(simulations[0], display))
         for one in simulations[1:]:
             if trajectories[-1].stop is not None and trajectories[-1].stop.reason == "interrupted":

@@ -173,6 +173,7 @@ def _disturbances(disturbances: Sequence[Mapping[str, Any]], load: Mapping[str, 
 
 def _disturbance(one: Mapping[str, Any]) -> str:
     kind = f"sinusoid of {one['angular_frequency']:g} rad/s" if one["kind"] == "sinusoid" else one["kind"]
+    kind += f", {one['phase']:g} rad at t = 0" if one["phase"] else ""
     parts = (("v", "m/s"), ("omega", "rad/s"), ("force", "N"), ("torque", "N m"))
     amounts = ", ".join(f"{name} {one[name]:g} {unit}" for name, unit in parts if one[name])
     whom = f", on {', '.join(one['robots'])}" if one["robots"] else ""

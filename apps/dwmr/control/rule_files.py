@@ -37,9 +37,12 @@ class RuleFile(Section):
 LAWS = {
     "ackermann": "ackermann.fz",
     "aifqsmc": "aifqsmc.fz",
+    "backstepping": "backstepping.fz",
     "fcafsmc": "fcafsmc_law.fz",
+    "kanayama": "kanayama.fz",
     "omnidirectional": "omnidirectional.fz",
     "smc": "smc.fz",
+    "super_twisting": "super_twisting.fz",
 }
 
 

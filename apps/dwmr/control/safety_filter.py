@@ -46,7 +46,7 @@ class Filter(NamedTuple):
         tangents: Coefficients of the speeds to the right of the lines of sight, shape (m, 4), as the normals [-].
         obstacles: Number of the obstacle that each constraint is about, -1 for none, shape (m,).
         active: Working memory of the projection.
-        record: Recorded values, in the order of `SIGNALS`, shape (periods, n, 4).
+        record: Recorded values, in the order of `SIGNALS`, shape (samples, n, 4).
     """
 
     commands: FloatArray
@@ -68,7 +68,7 @@ def working_memory(n: int, obstacles: int, samples: int, levers: FloatArray | No
     Args:
         n: Number of robots.
         obstacles: Number of obstacles.
-        samples: Number of control periods.
+        samples: Number of recorded samples.
         levers: As in `Filter`; None for one disc about each robot's point `lookahead` ahead of the axle.
     """
     levers = np.ones((n, 1)) if levers is None else levers
@@ -112,7 +112,7 @@ def is_near(alpha: float, distance: float, least: float, error: float, speed: fl
 
 @compiled
 def filter_commands(
-    k: int,
+    row: int,
     poses: FloatArray,
     now: FloatArray,
     after: FloatArray,
@@ -124,7 +124,7 @@ def filter_commands(
     """Replace the commands in memory by the nearest safe ones within the robots' limits.
 
     Args:
-        k: Number of the control period.
+        row: Row of the record.
         poses: Reference points and orientations of the robots in the first three columns, shape (n, ...) [m, m, rad].
         now, after: Centres and radii of the obstacles now and a control period later, shape (a, 3) [m].
         dt: Control period [s].
@@ -149,15 +149,15 @@ def filter_commands(
     _keep_right(hard, count, safety.keep_right, memory)
     _hold_back(hard, count, dt, safety, memory)
     project(memory.wanted, memory.spaces, count, hard, memory.active, memory.safe)
-    record = memory.record[k]
+    record = memory.record[row]
     for i in range(n):
         memory.commands[i, 0], memory.commands[i, 1] = memory.safe[i, 0], memory.safe[i, 1] / lookahead
         record[i, 0], record[i, 1] = memory.commands[i, 0], memory.commands[i, 1]
         record[i, 2], record[i, 3] = 0.0, -1.0
-    for row in range(hard, count):
-        by, obstacle = memory.spaces.shortfalls[row], memory.obstacles[row]
+    for k in range(hard, count):
+        by, obstacle = memory.spaces.shortfalls[k], memory.obstacles[k]
         for side in range(2):
-            i, other = memory.spaces.robots[row, side], memory.spaces.robots[row, 1 - side]
+            i, other = memory.spaces.robots[k, side], memory.spaces.robots[k, 1 - side]
             if by > record[i, 2]:
                 record[i, 2], record[i, 3] = by, n + obstacle if obstacle >= 0 else other
 

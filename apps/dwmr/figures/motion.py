@@ -36,7 +36,7 @@ def path_and_chattering(trajectory: Trajectory, scenario: Scenario) -> Figure:
     for axes, (channel, symbol, unit) in zip(
         (above, below), (("v", "v", "m/s²"), ("omega", r"\omega", "rad/s²")), strict=True
     ):
-        level = derived.chattering(trajectory, channel, scenario.run.dt)
+        level = derived.chattering(trajectory, channel)
         panels.peaks(axes, trajectory.t, level, trajectory.robots, rf"peaks of $|\dot{{{symbol}}}_c|$ [{unit}]")
     panels.mark(np.array([[above], [below]]), trajectory, scenario)
     panels.legend(figure, path, above, columns=8)
@@ -114,7 +114,7 @@ def blending(trajectory: Trajectory, scenario: Scenario) -> Figure:
 
 def _vectors(axes: Any, trajectory: Trajectory, scenario: Scenario, a: int) -> None:
     """Draw U_b, U_f and the direction of their sum along the way around obstacle `a`, every second."""
-    obstacle, every = scenario.obstacles[a], max(1, round(1.0 / scenario.run.dt))
+    obstacle, every = scenario.obstacles[a], max(1, round(1.0 / trajectory.step))
     panels.obstacles(axes, scenario)
     panels.obstacle_labels(axes, scenario, r"$\bar{R}_d$")
     for robot in derived.avoiders(scenario):

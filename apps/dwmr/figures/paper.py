@@ -30,7 +30,7 @@ def sliding(trajectory: Trajectory, scenario: Scenario) -> Figure:
 
 def sliding_rates(trajectory: Trajectory, scenario: Scenario) -> Figure:
     """Draw the backward differences of σ and σ* of both channels."""
-    rates = {key: derived.rate(signal, scenario.run.dt) for key, signal in _both(trajectory, scenario).items()}
+    rates = {key: derived.rate(signal, trajectory.step) for key, signal in _both(trajectory, scenario).items()}
     return _grid(trajectory, scenario, rates, r"\dot", "/s")
 
 
@@ -134,6 +134,11 @@ class PaperFigure:
     def subject(self) -> str:
         """The law whose run it shows, and whether that is the experiment."""
         return f"{TITLES[self.law]}, experiment" if self.experiment else TITLES[self.law]
+
+    @property
+    def caption(self) -> str:
+        """Its number, law and subject."""
+        return f"Fig. {self.number}, {self.subject}: {self.title}"
 
     def file(self, suffix: str) -> str:
         """Return the name of its file."""
@@ -328,5 +333,5 @@ def draw(figure: PaperFigure, path: Path, trajectory: Trajectory, scenario: Scen
     undated = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     with mpl.rc_context({**STYLE, "svg.hashsalt": "dwmr"}):
         drawn = figure.draw(trajectory, scenario)
-        drawn.suptitle(f"Fig. {figure.number}, {figure.subject}: {figure.title}", fontsize=10)
+        drawn.suptitle(figure.caption, fontsize=10)
         drawn.savefig(path, metadata=undated[path.suffix])

@@ -13,7 +13,7 @@ import numpy as np
 from dwmr.control.law_text import LATERAL
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import ahead, quaternion
-from dwmr.output.data import kept_samples
+from dwmr.output.data import saved_samples
 from dwmr.scenario.vehicle_limits import limited
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.experiments.result_files import results
@@ -89,7 +89,7 @@ def _write(path: Path, trajectory: Trajectory, scenario: Scenario) -> None:
         }
         commands = _commands(trajectory)
         needed = [*_NEEDED, *(s.name for s in trajectory.law_signals if s.name == "v_y")]
-        for k in kept_samples(len(trajectory.t), scenario.run.save_every):
+        for k in saved_samples(trajectory, scenario):
             t = round(1e9 * float(trajectory.t[k]))
             transforms = []
             for i, (name, robot) in enumerate(scenario.robots.items()):

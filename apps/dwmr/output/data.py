@@ -48,7 +48,7 @@ class Data:
         return tuple(dict.fromkeys(name for run in self.runs.values() for name in run if name != TIME))
 
 
-def signals_of(trajectories: Sequence[Trajectory], scenario: Scenario, every: int, metadata: Mapping[str, Any]) -> Data:
+def signals_of(trajectories: Sequence[Trajectory], scenario: Scenario, metadata: Mapping[str, Any]) -> Data:
     """Return the signals of some runs with their units, the Lyapunov functions of `lyapunov.signals` among them.
 
     Those are of the whole run, whatever is kept of it. A law without them has none, and where a signal of a law's own
@@ -57,7 +57,6 @@ def signals_of(trajectories: Sequence[Trajectory], scenario: Scenario, every: in
     Args:
         trajectories: One per control law, of the same robots.
         scenario: Scenario of the runs.
-        every: Samples between two that are kept; the last sample always is.
         metadata: What else to say about the runs.
     """
     from dwmr.results import lyapunov
@@ -66,7 +65,9 @@ def signals_of(trajectories: Sequence[Trajectory], scenario: Scenario, every: in
     units: dict[str, Any] = {TIME: {"unit": "s", "doc": "time"}}
     runs: dict[str, dict[str, FloatArray]] = {}
     for one in trajectories:
-        samples = kept_samples(len(one.t), every)
+        samples: Any = saved_samples(one, scenario)
+        if len(samples) == len(one.t):
+            samples = slice(None)  # no copies
         runs[one.controller] = {TIME: one.t[samples]}
         for signal in (*SIGNALS, *one.law_signals):
             runs[one.controller][signal.name] = one[signal.name][samples]
@@ -79,9 +80,11 @@ def signals_of(trajectories: Sequence[Trajectory], scenario: Scenario, every: in
     return Data(runs, {**metadata, "robots": list(trajectories[0].robots), "signals": units})
 
 
-def kept_samples(samples: int, every: int) -> NDArray[np.int64]:
-    """Return the numbers of the samples that are kept: every `every`-th from the first on, and the last."""
-    return np.union1d(np.arange(0, samples, every), [samples - 1])
+def saved_samples(trajectory: Trajectory, scenario: Scenario) -> NDArray[np.int64]:
+    """Return the numbers of the recorded samples that are saved: about every `run.save_every` periods, and the last."""
+    from dwmr.simulation.periods import kept_samples
+
+    return kept_samples(len(trajectory.t), max(1, scenario.run.save_every // trajectory.every))
 
 
 def rows(data: Data) -> dict[str, Any]:
@@ -322,6 +325,6 @@ def write_trajectories(
         metadata: What else to say about the run.
         formats: Of `FORMATS`.
     """
-    data = signals_of(trajectories, scenario, scenario.run.save_every, finite(metadata))
+    data = signals_of(trajectories, scenario, finite(metadata))
     for one in formats:
         files.write(f"trajectory.{one}", lambda path: save(path, data))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -10,7 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from dwmr.results.paper_tables import TABLES
+from dwmr.results.paper_tables import MEASURES, TABLES, near, ratios
 from dwmr.scenario.model import FAST, SETTLING
 from fuzzyctl.diagnostics.terminal import printable
 
@@ -20,7 +19,7 @@ _BY_UNIT = (("x_e", "y_e"), ("theta_e",))
 
 #: Legends of the tables.
 _ERRORS = "x_e, y_e: of a robot on the reference along x and y, of a follower along and across it."
-_RATIO = " ratio: ours / paper's."
+_RATIO = " θ_e: not wrapped, as in the paper. ratio: ours / paper's."
 _SAFETY = (
     "centre: least distance of the reference point from an obstacle's centre. gap: least distance of the body from an "
     "obstacle and from another robot's body, negative where they overlap. hit: how many it touched. switches: how "
@@ -114,8 +113,8 @@ def print_report(
         _print_table(out, "Stability", _table(runs, _STABILITY_HEADS, _stability), _STABILITY)
     for line in ([why_not] if why_not else []) + warnings(runs):
         out.print("[yellow]warning:[/] ", escape(printable(line)), sep="", highlight=False)
-    for law, run in runs.items():
-        out.print(escape(printable(sentence(law, run, printed, picture))), style="bold", highlight=False)
+    for line in sentences(runs, printed, picture):
+        out.print(escape(printable(line)), style="bold", highlight=False)
 
 
 def _print_table(out: Console, title: str, table: Table, about: str) -> None:
@@ -124,6 +123,21 @@ def _print_table(out: Console, title: str, table: Table, about: str) -> None:
     out.print(table)
     out.print(about, style="dim", highlight=False)
     out.print()
+
+
+def sentences(runs: Mapping[str, Any], printed: int | None, picture: str = "") -> list[str]:
+    """Return one sentence of each run, and of all that are in a table of the paper.
+
+    Args:
+        runs: Measures by control law.
+        printed: Number of the paper's table beside the errors, None for none.
+        picture: File to point to.
+    """
+    lines = [sentence(law, run, printed, picture) for law, run in runs.items()]
+    by_law = {law: values for law, run in runs.items() if (values := _ratios(law, run, printed))}
+    if printed is not None and len(by_law) > 1:
+        lines.append(f"{', '.join(by_law)}: {near([one for values in by_law.values() for one in values], printed)}")
+    return lines
 
 
 def sentence(law: str, run: Mapping[str, Any], printed: int | None, picture: str = "") -> str:
@@ -142,17 +156,15 @@ def sentence(law: str, run: Mapping[str, Any], printed: int | None, picture: str
 
 
 def _largest_errors(law: str, run: Mapping[str, Any], printed: int | None) -> str:
-    pairs = [
-        (run["rmse"][robot][name], value)
-        for robot, row in printed_errors(law, run, printed).items()
-        if robot in run["rmse"]
-        for name, value in row.items()
-    ]
-    if pairs:
-        worst = max(abs(value / wanted - 1.0) for value, wanted in pairs)
-        return f"errors within {math.ceil(100.0 * worst)} % of Table {printed}"
+    if printed is not None and (values := _ratios(law, run, printed)):
+        return near(values, printed)
     far, turned = (max(row[name] for row in run["rmse"].values() for name in names) for names in _BY_UNIT)
     return f"root mean square errors up to {_number(far, 3)} m and {_number(turned, 3)} rad"
+
+
+def _ratios(law: str, run: Mapping[str, Any], printed: int | None) -> list[float]:
+    """Return the ratios of a run's errors to a table of the paper; a run that ended early has none."""
+    return [] if printed is None or run["stopped"] else [*ratios(law, run["rmse"], printed).values()]
 
 
 def _collisions(run: Mapping[str, Any]) -> str:
@@ -175,6 +187,11 @@ def printed_errors(law: str, run: Mapping[str, Any], printed: int | None) -> Map
     return TABLES[printed].get(law, {}) if printed is not None and run["stopped"] is None else {}
 
 
+def measured(name: str, printed: int | None) -> str:
+    """Return the measure in the column of an error: beside a table of the paper angles are not wrapped."""
+    return name if printed is None else MEASURES[name]
+
+
 def _errors_title(printed: int | None) -> str:
     return "Root mean square errors" + ("" if printed is None else f" beside Table {printed} of the paper")
 
@@ -186,7 +203,8 @@ def _errors(runs: Mapping[str, Any], printed: int | None) -> Table:
 
     def cells(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
         values, wanted = run["rmse"][robot], printed_errors(law, run, printed).get(robot, {})
-        return [c for name, _ in _COLUMNS for c in _cells(values[name], wanted.get(name), printed is not None)]
+        pairs = [(values[measured(name, printed)], wanted.get(name)) for name, _ in _COLUMNS]
+        return [cell for value, one in pairs for cell in _cells(value, one, printed is not None)]
 
     return _table(runs, heads, cells)
 

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel
 
 from dwmr.figures.style import COLOURS
 from dwmr.output import report
-from dwmr.output.report import arrives, chattering_cells, filter_cells, hits, printed_errors
+from dwmr.output.report import arrives, chattering_cells, filter_cells, hits, measured, printed_errors
 from dwmr.page import plots
-from dwmr.results.paper_tables import beside
+from dwmr.results.paper_tables import MEASURES, TABLES, beside, ratios
 from dwmr.scenario.model import SETTLING, Scenario
 from dwmr.simulation.simulate import Trajectory
 from fuzzyctl.page.document import PANELS, asset, enclosed, html_document
+
+if TYPE_CHECKING:
+    from dwmr.figures.paper import PaperFigure
 
 _ERRORS = (("x_e", "x_e [m]"), ("y_e", "y_e [m]"), ("theta_e", "θ_e [rad]"))
 _SECTIONS = (
@@ -53,26 +57,27 @@ def _side(k: int, left: int) -> str:
 
 def errors(runs: Mapping[str, Any], printed: int | None) -> str:
     """Return the tables of tracking errors, the first beside a table of the paper if one is given by its number."""
-    tables = []
-    for section, caption in _SECTIONS:
-        beside = printed if section == "rmse" else None
-        head = ["law", "robot"]
-        for _, label in _ERRORS:
-            head += [label] if beside is None else [label, f"Table {beside}", "ratio"]
-        rows = [
-            [law, robot, *_error_cells(law, robot, run, section, beside)]
-            for law, run in runs.items()
-            for robot in run[section]
-        ]
-        tables.append(_table(caption + ("" if beside is None else f", beside Table {beside} of the paper"), head, rows))
+    tables = [_error_table(runs, name, caption, printed if name == "rmse" else None) for name, caption in _SECTIONS]
     return "\n".join(tables)
+
+
+def _error_table(runs: Mapping[str, Any], section: str, caption: str, beside: int | None) -> str:
+    head = ["law", "robot"]
+    for _, label in _ERRORS:
+        head += [label] if beside is None else [label, f"Table {beside}", "ratio"]
+    rows = [
+        [law, robot, *_error_cells(law, robot, run, section, beside)]
+        for law, run in runs.items()
+        for robot in run[section]
+    ]
+    return _table(caption + ("" if beside is None else f", beside Table {beside} of the paper"), head, rows)
 
 
 def _error_cells(law: str, robot: str, run: Mapping[str, Any], section: str, beside: int | None) -> list[str]:
     wanted = printed_errors(law, run, beside).get(robot, {})
     cells = []
     for name, _ in _ERRORS:
-        value, one = run[section][robot][name], wanted.get(name)
+        value, one = run[section][robot][measured(name, beside)], wanted.get(name)
         cells.append(_number(value))
         if beside is not None:
             cells += ["", ""] if one is None else [f"{one:.4f}", f"{value / one:.2f}"]
@@ -249,7 +254,7 @@ def _results(runs: Mapping[str, Any], scenario: Scenario) -> str:
     printed, why_not = beside(scenario)
     lines = [f"<li>{escape(line)}</li>" for line in ([why_not] if why_not else []) + report.warnings(runs)]
     warned = f'<div class="warnings"><h3>Warnings</h3><ul>{"".join(lines)}</ul></div>' if lines else ""
-    sentences = "".join(f"<li>{escape(report.sentence(law, run, printed))}</li>" for law, run in runs.items())
+    sentences = "".join(f"<li>{escape(line)}</li>" for line in report.sentences(runs, printed))
     return "\n".join(
         [
             f'<section id="results"><h2>Results</h2><ul>{sentences}</ul>',
@@ -308,3 +313,86 @@ def _origin(summary: Mapping[str, Any]) -> str:
     versions = [[name, value or "not installed"] for name, value in summary["versions"].items()]
     parts.append(_table("Versions", ("package", "version"), versions))
     return "\n".join([*parts, "</section>"])
+
+
+class PaperPart(NamedTuple):
+    """A part of the paper's results: the runs of one scenario and their figures.
+
+    Attributes:
+        scenario: Scenario of the runs.
+        summary: As in summary.json.
+        pictures: PNG files by figure.
+    """
+
+    scenario: Scenario
+    summary: dict[str, Any]
+    pictures: dict[PaperFigure, bytes]
+
+    @property
+    def printed(self) -> int | None:
+        """Number of the table that the errors are shown beside, or None."""
+        return beside(self.scenario)[0]
+
+    @property
+    def finished(self) -> bool:
+        """Whether all runs came to their end."""
+        return all(run["stopped"] is None for run in self.summary["controllers"].values())
+
+    def sentences(self) -> list[str]:
+        """Return one sentence of each run, and one of all."""
+        why_not = beside(self.scenario)[1]
+        return [*([why_not] if why_not else []), *report.sentences(self.summary["controllers"], self.printed)]
+
+    def table(self) -> list[dict[str, Any]]:
+        """Return the rows of the paper's table with our errors and their ratios, none without a table beside."""
+        if self.printed is None:
+            return []
+        return [
+            {
+                "law": law, "robot": robot, "error": name, "paper": TABLES[self.printed][law][robot][name],
+                "ours": run["rmse"][robot][MEASURES[name]], "ratio": ratio,
+            }
+            for law, run in self.summary["controllers"].items()
+            if run["stopped"] is None
+            for (robot, name), ratio in ratios(law, run["rmse"], self.printed).items()
+        ]  # fmt: skip
+
+    def origin(self) -> dict[str, Any]:
+        """Return where the numbers come from, and the errors, without the time of the runs."""
+        controllers = {law: {"rmse": run["rmse"], "stopped": run["stopped"]} for law, run in _runs(self.summary)}
+        return {**self.summary, "controllers": controllers}
+
+
+def _runs(summary: Mapping[str, Any]) -> Iterable[tuple[str, Any]]:
+    runs: Mapping[str, Any] = summary["controllers"]
+    return runs.items()
+
+
+def paper_page(parts: Sequence[PaperPart], left_out: Mapping[str, str], interrupted: bool) -> str:
+    """Return a page with the paper's tables beside our errors, and all figures with captions.
+
+    Args:
+        parts: The parts that were run.
+        left_out: Reasons for missing parts.
+        interrupted: Whether the rest is missing since the command was interrupted.
+    """
+    body = ["<main><header><h1>Tables 12 and 13, Figs. 8 to 39</h1>"]
+    body.append("<p>Counterparts of those of Goto, Bertol and Martins, computed by dwmr.</p></header>")
+    lines = [f"{what} left out: {why}" for what, why in left_out.items()]
+    lines += ["The command was interrupted: the rest is missing."] if interrupted else []
+    if lines:
+        items = "".join(f"<li>{escape(line)}</li>" for line in lines)
+        body.append(f'<div class="warnings"><h2>Missing</h2><ul>{items}</ul></div>')
+    for part in parts:
+        name, runs = part.scenario.name, part.summary["controllers"]
+        sentences = "".join(f"<li>{escape(line)}</li>" for line in part.sentences())
+        body.append(f'<section id="{escape(name)}"><h2>Scenario {escape(name)}</h2><ul>{sentences}</ul>')
+        body.append(_error_table(runs, *_SECTIONS[0], part.printed))
+        for figure, content in part.pictures.items():
+            source = f"data:image/png;base64,{base64.b64encode(content).decode('ascii')}"
+            body.append(f'<figure id="fig{figure.number}"><h3>{escape(figure.caption)}</h3>')
+            body.append(f'<img src="{source}" alt="{escape(figure.caption)}">')
+            body.append(f"<figcaption>{escape(figure.about)}</figcaption></figure>")
+        body.append("</section>")
+    style = asset("page.css") + STYLE + "img { max-width: 100%; background: #fff; }\n"
+    return html_document("The paper's results: dwmr paper", "\n".join([*body, "</main>"]), {}, [], style)

@@ -165,11 +165,8 @@ class _Drawing:
 
     def chattering(self) -> Plot:
         """Draw the peaks of |dv_c/dt| of both channels."""
-        dt = self.scenario.run.dt
         signals = [
-            Signal(
-                label, {law: self._peaks(derived.chattering(t, name, dt)) for law, t in self.runs.items()}, is_log=True
-            )
+            Signal(label, {law: self._peaks(derived.chattering(t, name)) for law, t in self.runs.items()}, is_log=True)
             for name, label in (("v", "|dv_c/dt| [m/s²]"), ("omega", "|dω_c/dt| [rad/s²]"))
         ]
         caption = "The greatest |dv_c/dt| of every stretch of time, on logarithmic axes."

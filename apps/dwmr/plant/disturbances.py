@@ -16,6 +16,7 @@ DISTURBANCE = np.dtype(
         ("start", "f8"),  # [s]
         ("stop", "f8"),  # [s]
         ("angular_frequency", "f8"),  # [rad/s]; 0 is a constant
+        ("phase", "f8"),  # [rad]
         ("v", "f8"),  # [m/s]
         ("omega", "f8"),  # [rad/s]
         ("force", "f8"),  # [N]
@@ -79,7 +80,7 @@ def disturbance_since(began: float, t: float, acting: Any) -> Disturbance:
         if one.start <= began < one.stop:
             shape = 1.0
             if one.angular_frequency != 0.0:
-                shape = math.sin(one.angular_frequency * t)
+                shape = math.sin(one.angular_frequency * t + one.phase)
             v += shape * one.v
             omega += shape * one.omega
             force += shape * one.force

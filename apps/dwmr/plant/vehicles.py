@@ -43,7 +43,7 @@ class Vehicles(NamedTuple):
         asked: Commanded steering angle [rad] or sideways torque [N m], shape (n,).
         state: Steering angle [rad] of a car; velocity to the left [m/s], sideways torque behind the actuators' lag
             [N m] and state of the derivative filter [m/s] of an omnidirectional robot, shape (n, 3).
-        record: Written, shape (periods, n, len(SIGNALS)).
+        record: Written, shape (samples, n, len(SIGNALS)).
     """
 
     own: Any

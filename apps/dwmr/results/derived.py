@@ -34,13 +34,13 @@ def rate(signal: FloatArray, dt: float) -> FloatArray:
     return change
 
 
-def chattering(trajectory: Trajectory, channel: str, dt: float) -> FloatArray:
+def chattering(trajectory: Trajectory, channel: str) -> FloatArray:
     """Return |dv_c/dt|, the chattering measure, shape (samples, robots) [m/s² or rad/s²].
 
     Source:
         Goto, Bertol, Martins, section 7, after reference [43].
     """
-    level: FloatArray = np.abs(rate(trajectory[f"{channel}_c"], dt))
+    level: FloatArray = np.abs(rate(trajectory[f"{channel}_c"], trajectory.step))
     return level
 
 

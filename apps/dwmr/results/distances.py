@@ -43,16 +43,25 @@ def obstacle_gaps(trajectory: Trajectory, scenario: Scenario, robot: str) -> Flo
     return np.ascontiguousarray((gap_to_point(pose, body, x, y) - radius).T)
 
 
-def robot_gaps(trajectory: Trajectory, scenario: Scenario) -> Iterator[tuple[str, str, Any, FloatArray]]:
+def robot_gaps(
+    trajectory: Trajectory, scenario: Scenario, contacts_only: bool = False
+) -> Iterator[tuple[str, str, Any, FloatArray]]:
     """Yield for every pair of robots their names, samples, and the gaps between their bodies at these [m].
 
     The samples include the least gap and all contacts; at the others the circles about the bodies are farther apart.
+
+    Args:
+        trajectory: A run.
+        scenario: Its scenario.
+        contacts_only: Whether pairs whose circles never overlap are left out.
     """
     bodies = {name: (poses(trajectory, scenario, name), outline(scenario.robots[name])) for name in trajectory.robots}
     for first, second in combinations(trajectory.robots, 2):
         (pose_a, a), (pose_b, b) = bodies[first], bodies[second]
         between = np.sqrt((pose_a[0] - pose_b[0]) ** 2 + (pose_a[1] - pose_b[1]) ** 2)
         nearest = int(np.argmin(between))
+        if contacts_only and not between[nearest] <= a.reach + b.reach:
+            continue
         least = gap_between(pose_a[:, [nearest]], a, pose_b[:, [nearest]], b)[0]
         close = between <= a.reach + b.reach + max(float(least), 0.0)
         close[nearest] = True
@@ -62,14 +71,15 @@ def robot_gaps(trajectory: Trajectory, scenario: Scenario) -> Iterator[tuple[str
 
 def meetings(trajectory: Trajectory, scenario: Scenario) -> FloatArray:
     """Return the middles of bodies where they first touch another body or an obstacle, shape (contacts, 2) [m]."""
-    places = []
-    for first, _, near, gaps in robot_gaps(trajectory, scenario):
-        if (gaps <= 0.0).any():
-            places.append(poses(trajectory, scenario, first)[:2, near[int(np.argmax(gaps <= 0.0))]])
+    middles = {robot: poses(trajectory, scenario, robot)[:2].T for robot in trajectory.robots}
+    places = [
+        middles[first][near[int(np.argmax(gaps <= 0.0))]]
+        for first, _, near, gaps in robot_gaps(trajectory, scenario, contacts_only=True)
+        if (gaps <= 0.0).any()
+    ]
     for robot in trajectory.robots:
         touched = obstacle_gaps(trajectory, scenario, robot) <= 0.0
-        samples = np.argmax(touched, axis=0)[touched.any(axis=0)]
-        places += list(poses(trajectory, scenario, robot)[:2, samples].T)
+        places += list(middles[robot][np.argmax(touched, axis=0)[touched.any(axis=0)]])
     return np.array(places).reshape(-1, 2)
 
 

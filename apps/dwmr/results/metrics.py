@@ -68,7 +68,7 @@ def measure(trajectory: Trajectory, scenario: Scenario, wanted: Collection[str] 
     """Return the measures of a run as plain data, ready for summary.json.
 
     A run that stopped early is measured up to its last sample [s] that is finite in all signals; `stopped` says why it
-    stopped, and `steps` and `t_end` count all of its samples.
+    stopped, and `steps` and `t_end` count all of its periods.
 
     Args:
         trajectory: A run.
@@ -87,7 +87,8 @@ def measure(trajectory: Trajectory, scenario: Scenario, wanted: Collection[str] 
         result["safety"] = safety_measures(trajectory, scenario, scenario.safety)
     if "g_ais_v" in trajectory.names:
         result["g_ais_min"] = float(min(trajectory["g_ais_v"].min(), trajectory["g_ais_omega"].min()))
-    result["steps"] = len(whole.t) - 1
+    result["steps"] = round(whole.every * whole.t[-1] / whole.step)
+    result["record_every"] = whole.every
     result["t_end"] = float(whole.t[-1])
     result["stopped"] = None
     if trajectory.stop is not None:
@@ -124,16 +125,16 @@ def _measures(run: Trajectory, scenario: Scenario) -> dict[str, Callable[[], Any
         "centre_distance": lambda: {n: _least([distances(run, scenario, n)]) for n in names},
         "obstacle_gap": lambda: {n: _least([to_obstacles(n)]) for n in names},
         "robot_gap": lambda: {n: _least([gaps for a, b, _, gaps in pairs() if n in (a, b)]) for n in names},
-        "obstacles_hit": lambda: [
-            hit for n in names for hit in _obstacles_hit(run.t, scenario.run.dt, n, to_obstacles(n))
-        ],
-        "robots_hit": lambda: _robots_hit(run, scenario, pairs()),
+        "obstacles_hit": lambda: [hit for n in names for hit in _obstacles_hit(run.t, run.step, n, to_obstacles(n))],
+        "robots_hit": lambda: _robots_hit(run, pairs()),
         "arrival": lambda: {n: _arrival(run, scenario, n) for n in names},
-        "chattering": lambda: {n: _chattering(run, scenario.run.dt, n) for n in names},
-        "chattering_outside": lambda: _chattering_outside(run, scenario.run.dt),
+        "chattering": lambda: {n: _chattering(run, run.step, n) for n in names},
+        "chattering_outside": lambda: _chattering_outside(run, run.step),
         "avoidance_switches": lambda: {n: _switches(run["obstacle"][:, i] >= 0) for i, n in enumerate(names)},
         "avoidance_s": lambda: {n: _share(run["obstacle"][:, i] >= 0) * _span(run) for i, n in enumerate(names)},
         "saturation": lambda: {n: _saturation(run, scenario, n) for n in names},
+        "energy": lambda: {n: _energy(run, scenario, n) for n in names},
+        "amplification": lambda: _amplification(run, scenario),
         "condition_violated": lambda: {n: _condition_violated(run, scenario, n) for n in names},
     }
 
@@ -173,9 +174,9 @@ def _obstacles_hit(t: FloatArray, dt: float, robot: str, gaps: FloatArray) -> li
     return [{"robot": robot, "obstacle": a, **one._asdict()} for a, one in enumerate(contacts) if one is not None]
 
 
-def _robots_hit(trajectory: Trajectory, scenario: Scenario, pairs: Pairs) -> list[dict[str, Any]]:
+def _robots_hit(trajectory: Trajectory, pairs: Pairs) -> list[dict[str, Any]]:
     """Return the pairs of robots whose bodies touch."""
-    contacts = [((a, b), contact(trajectory.t[near], scenario.run.dt, gaps)) for a, b, near, gaps in pairs]
+    contacts = [((a, b), contact(trajectory.t[near], trajectory.step, gaps)) for a, b, near, gaps in pairs]
     return [{"robots": list(names), **one._asdict()} for names, one in contacts if one is not None]
 
 
@@ -224,6 +225,31 @@ def _saturation(trajectory: Trajectory, scenario: Scenario, robot: str) -> dict[
         "omega": _share(np.abs(trajectory["omega_c"][:, i]) > limits.omega_limit),
         "torque": _share(torque >= limits.torque_limit),
     }
+
+
+def _energy(trajectory: Trajectory, scenario: Scenario, robot: str) -> float:
+    """Return the energy of the commanded torques at two wheels, braking counted as driving [J]."""
+    i, wheels = trajectory.robots.index(robot), scenario.robots[robot]
+    turning = wheels.half_track * trajectory["omega"][:, i]
+    power = sum(
+        np.abs(trajectory[f"torque_{side}"][:, i] * (trajectory["v"][:, i] + sign * turning))
+        for side, sign in (("right", 1.0), ("left", -1.0))
+    )
+    return float(np.mean(power)) / wheels.wheel_radius * _span(trajectory)
+
+
+def _amplification(trajectory: Trajectory, scenario: Scenario) -> dict[str, float | None]:
+    """Return the error of each follower over that of its leader, root mean squares of the distances from their places.
+
+    None for a leader without an error.
+
+    Source:
+        Swaroop, Hedrick, String stability of interconnected systems, IEEE Transactions on Automatic Control 41, 1996.
+    """
+    places = zip(trajectory.robots, trajectory["x_e"].T, trajectory["y_e"].T, strict=True)
+    far = {name: rmse(np.hypot(x_e, y_e)) for name, x_e, y_e in places}
+    leaders = {n: one.formation.leader for n, one in scenario.robots.items() if one.formation is not None}
+    return {name: far[name] / far[leader] if far[leader] > 0.0 else None for name, leader in leaders.items()}
 
 
 def _condition_violated(trajectory: Trajectory, scenario: Scenario, robot: str) -> float:

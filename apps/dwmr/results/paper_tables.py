@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
 
 from dwmr.scenario.file import find, read
 from dwmr.scenario.model import Robot, Scenario
@@ -36,8 +35,35 @@ TABLE_13: dict[str, dict[str, dict[str, float]]] = {
 
 TABLES = {12: TABLE_12, 13: TABLE_13}
 
-#: Keys of a robot that the paper prints; the others are fitted to its table.
-_PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formation", "delay", "sensors", "noise")
+#: Errors of the tables as measures of a run. Angles are not wrapped: the 4.02 rad of SMC's leader are more than π.
+MEASURES = {"x_e": "x_e", "y_e": "y_e", "theta_e": "theta_e_unwrapped"}
+#: Differences from a table within which errors are counted.
+BARS = (0.10, 0.12)
+
+
+def ratios(law: str, rmse: Mapping[str, Mapping[str, float]], number: int) -> dict[tuple[str, str], float]:
+    """Return the errors of a run over those of a table of the paper by robot and error.
+
+    Args:
+        law: Its control law.
+        rmse: Root mean square errors by robot, as `summary.json` has them.
+        number: Of the table.
+    """
+    return {
+        (robot, name): rmse[robot][MEASURES[name]] / wanted
+        for robot, row in TABLES[number].get(law, {}).items()
+        if robot in rmse
+        for name, wanted in row.items()
+    }
+
+
+def near(values: Sequence[float], number: int) -> str:
+    """Return how many of some ratios to a table are near 1, and their least and greatest."""
+    first, second = (sum(abs(one - 1.0) <= bar for one in values) for bar in BARS)
+    within = f"{first} of {len(values)} errors within {100 * BARS[0]:.0f} % of Table {number}"
+    return f"{within}, {second} within {100 * BARS[1]:.0f} %, ratios {min(values):.2f} to {max(values):.2f}"
+
+
 #: Keys of a robot that its errors do not depend on, or by design may differ: the measures' outline, the gains.
 _FREE = ("body", "controllers")
 #: Numbers of the paper's tables by the shipped scenario of their runs.
@@ -46,6 +72,7 @@ _TABLES = {
     "paper-with-limits": 12,
     "paper-constant-gain": 12,
     "paper-ideal-loop": 12,
+    "paper-lost-turn": 12,
     "undisturbed": 13,
     "experiment": 13,
 }
@@ -53,24 +80,21 @@ _TABLES = {
 _MOST_SHOWN = 4
 
 
-def differences(scenario: Scenario, fitted: bool = False, shipped: str = "paper") -> tuple[str, ...]:
+def differences(scenario: Scenario, shipped: str) -> tuple[str, ...]:
     """Return the keys in which a run is not the paper's, its gains and rule files aside.
 
     Args:
         scenario: The scenario.
-        fitted: Whether unprinted values may differ: amplitudes, bodies and drives.
         shipped: Name of the scenario that is the paper's run.
     """
     paper = read(find(shipped)).scenario
     keys = [
         key
-        for key in ("reference", "formation", "obstacles", "avoidance", "load")
+        for key in ("reference", "formation", "communication", "obstacles", "avoidance", "load", "disturbances")
         if getattr(scenario, key) != getattr(paper, key)
     ]
     keys += [f"run.{key}" for key in ("horizon", "plant") if getattr(scenario.run, key) != getattr(paper.run, key)]
-    if _disturbances(scenario, fitted) != _disturbances(paper, fitted):
-        keys.append("disturbances")
-    return (*keys, *_robots(scenario, paper, fitted))
+    return (*keys, *_robots(scenario, paper))
 
 
 def beside(scenario: Scenario) -> tuple[int | None, str]:
@@ -78,7 +102,7 @@ def beside(scenario: Scenario) -> tuple[int | None, str]:
     number = _TABLES.get(scenario.name)
     if number is None or scenario.run.horizon < TABLE_12_HORIZON:
         return None, ""
-    keys = differences(scenario, shipped=scenario.name)
+    keys = differences(scenario, scenario.name)
     return (None, f"Table {number} is left out, it speaks of another run: {as_text(keys)}") if keys else (number, "")
 
 
@@ -90,15 +114,9 @@ def as_text(keys: tuple[str, ...]) -> str:
     return f"{text}{more} {verb} not the paper's"
 
 
-def _disturbances(scenario: Scenario, fitted: bool) -> list[Any]:
-    if not fitted:
-        return list(scenario.disturbances)
-    return [(one.kind, one.start, one.stop, one.robots) for one in scenario.disturbances]
-
-
-def _robots(scenario: Scenario, paper: Scenario, fitted: bool) -> Iterable[str]:
+def _robots(scenario: Scenario, paper: Scenario) -> Iterable[str]:
     """Give the keys of the paper's robots that differ, and the names of robots that it has not."""
-    keys = _PRINTED if fitted else tuple(k for k in Robot.model_fields if k not in _FREE)
+    keys = tuple(k for k in Robot.model_fields if k not in _FREE)
     for name in dict.fromkeys((*paper.robots, *scenario.robots)):
         if name not in paper.robots or name not in scenario.robots:
             yield f"robots.{name}"

@@ -93,11 +93,9 @@ def prepare(values: Mapping[str, Any]) -> Simulation:
         file = read(path, lower)  # the safety filter and the law's checks rely on the limits of commands
     folders = [Path(values["rules"])] if values["rules"] else []
     rules = Rules(file.scenario.rules, (*folders, *file.folders), file.places)
-    preflight.check(file, [controller], rules)
+    preflight.check(file, [controller], rules, real=True)
     show([*file.warnings, *rules.warnings])
-    simulation = simulate.prepare(file, controller, rules)
-    simulate.require_memory([simulation], file.places)
-    return simulation
+    return simulate.prepare(file, controller, rules)
 
 
 def _lower_limits(scenario: Scenario, values: Mapping[str, Any]) -> list[str]:

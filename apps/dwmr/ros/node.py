@@ -65,7 +65,7 @@ class FormationCommands:
     @property
     def has_ended(self) -> bool:
         """Whether the horizon is reached."""
-        return self._next == self._periods.samples
+        return self._next == self._periods.total
 
     def decide(self, odometry: Sequence[Odometry]) -> FloatArray:
         """Compute the commands of the next control period.
@@ -86,13 +86,13 @@ class FormationCommands:
             # Not by law_errors: robots drive on while the line of an error is looked for.
             _, faulty, fault = periods.compute(k, k + 1, *periods.given(k, k + 1))
         if fault:
-            reason = reason_of(fault, periods.record[k, faulty], periods.simulation.module)
+            reason = reason_of(fault, periods.record[periods.row(k), faulty], periods.simulation.module)
             raise StoppedError(Stop(k * self.dt, list(self._robots)[faulty], reason))
         self._next += 1
         asked = np.zeros((len(self._robots), 3))
-        asked[:, ::2] = periods.record[k, :, 12:14] if periods.guard is None else periods.guard[1].commands
+        asked[:, ::2] = periods.record[periods.row(k), :, 12:14] if periods.guard is None else periods.guard[1].commands
         if periods.vehicles is not None and periods.vehicles.lateral >= 0:
-            asked[:, 1] = periods.law_record[k, :, periods.vehicles.lateral]
+            asked[:, 1] = periods.law_record[periods.row(k), :, periods.vehicles.lateral]
         return np.stack([limited(one, robot) for one, robot in zip(asked, self._robots.values(), strict=True)])
 
     def _measure(self, odometry: Sequence[Odometry]) -> None:
@@ -157,6 +157,8 @@ class FormationNode:
         self._log = node.get_logger()
         self._latest: dict[str, Any] = {}
         self._problems: tuple[str, ...] = ()
+        self._stamps: dict[str, int] = {}
+        self._repeated: set[str] = set()
         self._publishers = [node.create_publisher(self._twist, f"{name}/cmd_vel", 1) for name in robots]
         for name in robots:
             node.create_subscription(odometry, f"{name}/odom", partial(self._keep, name), qos)
@@ -183,7 +185,20 @@ class FormationNode:
         if problems:
             self.stop()
             return
+        self._warn_of_repeats()
         self._command()
+
+    def _warn_of_repeats(self) -> None:
+        """Warn once of each robot whose odometry two control periods see."""
+        for name in self._robots:
+            stamp = _nanoseconds(self._latest[name].header.stamp)
+            if stamp == self._stamps.get(name) and name not in self._repeated:
+                self._repeated.add(name)
+                self._log.warning(
+                    f"two control periods of {self._commands.dt:g} s see one stamp of {name}/odom: "
+                    "publish it as often, or raise run.dt"
+                )
+            self._stamps[name] = stamp
 
     def stop(self) -> None:
         """Publish zeros to all robots."""
@@ -224,8 +239,7 @@ class FormationNode:
         message, settings = self._latest.get(name), self._settings
         if message is None:
             return f"no odometry on {name}/odom"
-        stamp = message.header.stamp
-        if abs(now - (stamp.sec * 1_000_000_000 + stamp.nanosec)) > 1e9 * settings.timeout:
+        if abs(now - _nanoseconds(message.header.stamp)) > 1e9 * settings.timeout:
             return f"no odometry on {name}/odom with a stamp within {settings.timeout:g} s of now"
         if message.header.frame_id != settings.frame:
             return f"{name}/odom is in the frame '{message.header.frame_id}', expected '{settings.frame}'"
@@ -237,6 +251,11 @@ class FormationNode:
         if not all(math.isfinite(number) for number in _read(message)):
             return f"a number in {name}/odom is not finite"
         return ""
+
+
+def _nanoseconds(stamp: Any) -> int:
+    """Return the time of a builtin_interfaces/Time [ns]."""
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
 def _read(message: Any) -> Odometry:

@@ -11,7 +11,7 @@ from dwmr.control import laws as controllers
 from dwmr.control.rule_requirements import ROLES
 from dwmr.scenario.guard import safety_mistakes
 from dwmr.scenario.mistakes import unknown_role
-from dwmr.scenario.model import RigidBody, Robot, Scenario
+from dwmr.scenario.model import Communication, RigidBody, Robot, Scenario
 from dwmr.scenario.outlines import distance_from
 from dwmr.scenario.remarks import MOST_OF_A_KIND, overlaps
 from dwmr.scenario.vehicle_limits import others, vehicles
@@ -75,7 +75,7 @@ def _velocities(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 
 
 #: A run keeps every sample in memory; more than this many samples of all robots are refused.
-MOST_SAMPLES = 5_000_000
+MOST_SAMPLES = 20_000_000
 #: Longest stable step of the classical Runge-Kutta method, in time constants: the real z < 0 at which
 #: |1 + z + z²/2 + z³/6 + z⁴/24| = 1.
 STABLE_STEP = 2.785
@@ -84,7 +84,7 @@ STABLE_STEP = 2.785
 def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Check values of several keys together; of mistakes of one kind the first ones are reported."""
     checks = (
-        _laws, _roles, _obstacles, _starts, _formation, _disturbed, _length, _steps, rigid_bodies,
+        _laws, _roles, _obstacles, _starts, _formation, _messages, _disturbed, _length, _steps, rigid_bodies,
         safety_mistakes, vehicles,
     )  # fmt: skip
     for check in checks:
@@ -164,6 +164,13 @@ def _formation(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
                 f"{key} = {robot.delay:g} s, but {name} follows {leader}: only a robot on the reference has a delay"
             )
             yield places.diagnostic("FZ904", key, message)
+
+
+def _messages(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Refuse messages late or lost if a leader may move sideways, which they do not tell."""
+    if scenario.communication != Communication() and others(scenario):
+        message = "communication is for robots with two driven wheels, and a robot has another vehicle"
+        yield places.diagnostic("FZ904", "communication", message, help="leave [communication] out")
 
 
 def _circle(scenario: Scenario, name: str) -> tuple[str, ...]:

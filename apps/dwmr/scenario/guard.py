@@ -102,6 +102,9 @@ def safety_mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
         )
         help_text = f"set safety.alpha to {most / dt:g} 1/s or less"
         yield places.diagnostic("FZ904", "safety.alpha", message, help=help_text)
+    if (scenario.run.record_every or 1) > 1:
+        message = f"run.record_every = {scenario.run.record_every}: the measures of [safety] need every control period"
+        yield places.diagnostic("FZ904", "run.record_every", message, help="leave it out")
     yield from _noisy(scenario, settings, places)
     help_text = "start them farther apart, shorten run.dt, or lower safety.margin or safety.lookahead"
     for one in _starts(scenario, settings):

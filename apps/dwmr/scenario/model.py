@@ -71,6 +71,10 @@ class Run(Section):
     dt: float = quantity("control period", "s", ge=1e-6, le=1)
     substeps: int = quantity("integration steps in one control period", "-", ge=1, le=1000)
     save_every: int = quantity("control periods between two saved samples", "-", ge=1, le=1_000_000)
+    record_every: int | None = quantity(
+        "control periods between two recorded samples, absent for as many as the record has room for", "-",
+        ge=1, le=1_000_000, default=None,
+    )  # fmt: skip
     plant: Literal["equations", "mujoco"] = Field(
         default="equations",
         description="what moves the robots: the paper's equations, or rigid bodies in the physics engine MuJoCo",
@@ -167,6 +171,13 @@ class FormationSettings(Section):
         default="ground",
         description="leader's velocity as its followers know it: over ground, or from its wheels",
     )
+
+
+class Communication(Section):
+    """Messages by which a leader tells its followers its measured state and velocities."""
+
+    delay: float = quantity("age of a message, rounded to control periods", "s", ge=0, le=10, default=0.0)
+    loss: float = quantity("share of a robot's messages that no follower gets", "-", ge=0, lt=1, default=0.0)
 
 
 #: Noise is cut at this many standard deviations [-].
@@ -336,6 +347,7 @@ class DisturbanceSettings(Window):
 
     kind: Literal["sinusoid", "constant"]
     angular_frequency: float = quantity("of a sinusoid", "rad/s", gt=0, default=1.0)
+    phase: float = quantity("of a sinusoid at t = 0", "rad", ge=-FULL_TURN, le=FULL_TURN, default=0.0)
     v: float = quantity("velocity-equivalent amplitude, linear", "m/s")
     omega: float = quantity("velocity-equivalent amplitude, angular", "rad/s")
     force: float = quantity("force amplitude", "N")
@@ -345,9 +357,10 @@ class DisturbanceSettings(Window):
     )
 
     @model_validator(mode="after")
-    def _frequency_of_a_sinusoid(self) -> DisturbanceSettings:
-        if self.kind == "constant" and "angular_frequency" in self.model_fields_set:
-            raise ValueError("angular_frequency has no effect on a constant disturbance; leave it out")
+    def _keys_of_a_sinusoid(self) -> DisturbanceSettings:
+        for key in ("angular_frequency", "phase"):
+            if self.kind == "constant" and key in self.model_fields_set:
+                raise ValueError(f"{key} has no effect on a constant disturbance; leave it out")
         return self
 
 
@@ -366,6 +379,7 @@ class Scenario(Section):
     reference: ReferenceSettings
     robots: dict[Printable, Robot] = Field(min_length=1, max_length=1000)
     formation: FormationSettings = FormationSettings()
+    communication: Communication = Communication()
     obstacles: Annotated[tuple[Obstacle, ...], Strict(False), Field(max_length=LONGEST_LIST)] = ()
     avoidance: AvoidanceSettings
     safety: SafetySettings | None = Field(default=None, description="absent: commands are not filtered")

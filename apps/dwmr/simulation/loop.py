@@ -68,6 +68,8 @@ class World(NamedTuple):
         known_slip: 1 where followers know the velocity of their leader over ground, 0 where that of its wheels.
         measures_exactly: Whether the measured states are the true ones.
         other_plant: Whether the caller of the loop moves the robots, by an `interfaces.Plant`.
+        every: Control periods from one recorded sample to the next.
+        delay: Age of the messages of leaders in control periods.
     """
 
     dt: float
@@ -82,6 +84,8 @@ class World(NamedTuple):
     known_slip: float
     measures_exactly: bool
     other_plant: bool
+    every: int
+    delay: int
 
 
 class Memory(NamedTuple):
@@ -91,6 +95,8 @@ class Memory(NamedTuple):
         plant: Fields of `State`, shape (n, 7).
         slip: Velocities over ground less those of the wheels, shape (n, 2) [m/s, rad/s].
         seen: The plant's state as the robots measure it; where they measure exactly it is the array `plant` itself.
+        heard: Leaders' measured states and slip as their followers know them from messages, shape (n, 9).
+        sent: The latest messages, by period modulo their number, shape (delay + 1, n, 9).
         wheels, odometry: Memory of the sensors, shapes (n, 6) and (n, 3), see `sensors.measure`.
         theta_star: Auxiliary orientations θ*_r, shape (n,) [rad].
         filters: States of the derivative filters, shape (n, 2) [m/s, rad/s].
@@ -105,6 +111,8 @@ class Memory(NamedTuple):
     plant: FloatArray
     slip: FloatArray
     seen: FloatArray
+    heard: FloatArray
+    sent: FloatArray
     wheels: FloatArray
     odometry: FloatArray
     theta_star: FloatArray
@@ -156,10 +164,10 @@ def run_periods(
         memory: Read and written.
         obstacles: Centres and radii of the obstacles at these periods and the one after, shape (last - first + 1, a, 3)
             [m]; shape (1, a, 3) if all stay in place.
-        noise: Added to the measured x, y, theta, v, omega, shape (last - first, n, 5) [m, m, rad, m/s,
-            rad/s]; shape (0, n, 5) where all measure exactly.
-        record: Written, shape (periods, n, len(SIGNALS)).
-        law_record: Written, shape (periods, n, signals of the law).
+        noise: Added to the measured x, y, theta, v, omega [m, m, rad, m/s, rad/s], and 1 for a robot whose message is
+            lost, shape (last - first, n, 6); shape (0, n, 6) if all measure exactly and all messages arrive at once.
+        record: Written, shape (samples, n, len(SIGNALS)); see `row_of` for the samples.
+        law_record: Written, shape (samples, n, signals of the law).
         guard: Safety filter and its memory, None for none; numba compiles the loop once for each.
         vehicles: Vehicles with other drives than two wheels, or None.
 
@@ -175,12 +183,20 @@ def run_periods(
             measure(noise[k - first], memory.plant, world.robots, world.dt, memory.wheels, memory.odometry, memory.seen)
         if not world.other_plant:
             _slip(t, world, memory)
+        if not world.measures_exactly:
+            _tell(k, noise[k - first], world, memory)
         robot, fault = decide(k, path, step, kernels, world, memory, now, after, record, law_record, guard, vehicles)
         if fault != 0:
             return k, robot, fault
         if not world.other_plant:
             move(t, world, memory, vehicles)
     return last, -1, 0
+
+
+@compiled
+def row_of(period: int, every: int, samples: int) -> int:
+    """Return the row of a period in a record of every `every`-th period; the last row has the latest of the others."""
+    return period // every if period % every == 0 else samples - 1
 
 
 @compiled
@@ -210,13 +226,15 @@ def decide(
         Robot and fault, as `run_periods` does.
     """
     n, t = world.robots.shape[0], period * world.dt
+    row = row_of(period, world.every, record.shape[0])
     faulty, first_fault = -1, 0
     for i in range(n):
         state = _state(memory.plant, i)
         target = _aim(t, i, path, now, world, memory)
-        seen = error = _error(i, target, memory.plant, world, memory, vehicles)
+        seen = error = _error(i, target, memory.plant, memory.plant, memory.slip, world, memory, vehicles)
         if not world.measures_exactly:
-            seen = _error(i, target, memory.seen, world, memory, vehicles)
+            heard = memory.heard
+            seen = _error(i, target, memory.seen, heard, heard[:, 7:], world, memory, vehicles)
         if vehicles is not None and target.obstacle >= 0.0 and moves_sideways(i, vehicles):
             seen = towards(seen)
         measured, theta = memory.seen[i], target.theta - memory.seen[i, 2]
@@ -224,23 +242,23 @@ def decide(
             seen, world.robots[i].leader < 0, theta, target.v, target.omega, measured[3], measured[4], t
         )
         v_c, omega_c, fault = step(
-            view, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[period, i]
+            view, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[row, i]
         )
         limits = world.robots[i]
         memory.changed[i] = 1.0 if abs(v_c) > limits.v_limit or abs(omega_c) > limits.omega_limit else 0.0
         if vehicles is not None:
-            _drive(i, period, v_c, omega_c, law_record[period, i], world, memory, vehicles)
+            _drive(i, row, v_c, omega_c, law_record[row, i], world, memory, vehicles)
         elif guard is None:
             _inner_loop(i, v_c, omega_c, world, memory)
         else:
             guard[1].commands[i, 0], guard[1].commands[i, 1] = v_c, omega_c
-        _record(record[period, i], state, target, error, v_c, omega_c, memory, i)
+        _record(record[row, i], state, target, error, v_c, omega_c, memory, i)
         memory.theta_star[i] += world.dt * seen.drift_theta
         fault = fault_of(fault, state, v_c, omega_c)
         if fault != 0 and first_fault == 0:
             faulty, first_fault = i, fault
     if guard is not None:
-        _keep_safe(period, now, after, guard, world, memory, record[period])
+        _keep_safe(row, now, after, guard, world, memory, record[row])
     if first_fault != 0:  # only now, so that the last row is whole
         return faulty, first_fault
     for i in range(n):
@@ -252,18 +270,30 @@ def decide(
 
 @compiled
 def _keep_safe(
-    k: int, now: FloatArray, after: FloatArray, guard: tuple[Safety, Filter], world: World, memory: Memory,
+    row: int, now: FloatArray, after: FloatArray, guard: tuple[Safety, Filter], world: World, memory: Memory,
     record: FloatArray,
 ) -> None:  # fmt: skip
     """Filter the commands of all robots together, then turn them into torques, which are written into the record."""
     safety, its_memory = guard
-    filter_commands(k, memory.seen, now, after, world.dt, world.robots, safety, its_memory)
+    filter_commands(row, memory.seen, now, after, world.dt, world.robots, safety, its_memory)
     for i in range(world.robots.shape[0]):
         v, omega = its_memory.commands[i, 0], its_memory.commands[i, 1]
         change = abs(v - record[i, 12]) + abs(omega - record[i, 13])
         memory.changed[i] = 1.0 if change > CHANGED else 0.0
         _inner_loop(i, v, omega, world, memory)
         record[i, 14], record[i, 15] = memory.torques[i, 0], memory.torques[i, 1]
+
+
+@compiled
+def _tell(period: int, noise: FloatArray, world: World, memory: Memory) -> None:
+    """Send measured state and slip of every robot, and receive the message of a delay before if it is not lost."""
+    count = memory.sent.shape[0]
+    for i in range(memory.heard.shape[0]):
+        for c in range(9):
+            value = memory.seen[i, c] if c < 7 else memory.slip[i, c - 7]
+            memory.sent[period % count, i, c] = value
+            if noise[i, 5] == 0.0 and (period >= world.delay or period == 0):
+                memory.heard[i, c] = memory.sent[max(period - world.delay, 0) % count, i, c]
 
 
 @compiled
@@ -301,14 +331,17 @@ def _aim(t: float, i: int, path: Any, obstacles: FloatArray, world: World, memor
 
 @compiled
 def _error(
-    i: int, target: Target, plant: FloatArray, world: World, memory: Memory, vehicles: Vehicles | None
-) -> PostureError:
+    i: int, target: Target, plant: FloatArray, leaders: FloatArray, slip: FloatArray, world: World, memory: Memory,
+    vehicles: Vehicles | None,
+) -> PostureError:  # fmt: skip
     """Return the tracking error of one robot.
 
     Args:
         i: Number of the robot.
         target: Where it should be; a follower's place is computed anew from its leader's state.
         plant: States of all robots as they are or as they are seen, shape (n, 7).
+        leaders: The same as their followers know them, shape (n, 7 or more).
+        slip: That of leaders as their followers know it, shape (n, 2).
         world, memory, vehicles: As for `run_periods`.
 
     Source:
@@ -318,9 +351,9 @@ def _error(
     j = robot.leader
     if j < 0:
         return trajectory_error(s.x, s.y, s.theta, target.x, target.y, target.theta, theta_star, target.v, robot.d)
-    lead, d_i = _state(plant, j), world.robots[j].d
+    lead, d_i = _state(leaders, j), world.robots[j].d
     share = world.known_slip
-    v_i, omega_i = lead.v + share * memory.slip[j, 0], lead.omega + share * memory.slip[j, 1]
+    v_i, omega_i = lead.v + share * slip[j, 0], lead.omega + share * slip[j, 1]
     error = follower_error(
         lead.x, lead.y, lead.theta, v_i, omega_i, d_i, s.x, s.y, s.theta, theta_star, robot.d,
         robot.separation, robot.bearing,
@@ -348,12 +381,12 @@ def _inner_loop(i: int, v_c: float, omega_c: float, world: World, memory: Memory
 
 @compiled
 def _drive(
-    i: int, period: int, v_c: float, omega_c: float, signals: FloatArray, world: World, memory: Memory,
+    i: int, sample: int, v_c: float, omega_c: float, signals: FloatArray, world: World, memory: Memory,
     vehicles: Vehicles,
 ) -> None:  # fmt: skip
     """Turn the velocity command of a robot, some of them in the law's signals, into commands of its drives."""
     v_y_c = signals[vehicles.lateral] if vehicles.lateral >= 0 else 0.0
-    row = vehicles.record[period, i]
+    row = vehicles.record[sample, i]
     row[0], row[1] = steering(i, vehicles), lateral_velocity(i, vehicles)
     drive(
         i, v_c, v_y_c, omega_c, memory.seen[i], world.robots[i], world.dt, vehicles, memory.filters[i],

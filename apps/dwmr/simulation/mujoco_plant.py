@@ -224,6 +224,6 @@ def _push(t: float, pushes: Iterable[DisturbanceSettings]) -> tuple[float, float
     force = torque = 0.0
     for one in pushes:
         if one.start <= t < one.stop:
-            shape = math.sin(one.angular_frequency * t) if one.kind == "sinusoid" else 1.0
+            shape = math.sin(one.angular_frequency * t + one.phase) if one.kind == "sinusoid" else 1.0
             force, torque = force + shape * one.force, torque + shape * one.torque
     return force, torque

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dwmr.control import safety_filter
 from dwmr.control.law_text import LATERAL
@@ -25,7 +26,15 @@ from dwmr.scenario.guard import levers_of, safety_of
 from dwmr.scenario.model import LARGEST_NOISE, Ackermann, Omnidirectional, Robot, Scenario
 from dwmr.scenario.outlines import centres, is_moving
 from dwmr.scenario.vehicle_limits import others
-from dwmr.simulation.loop import SIGNALS, Memory, World, run_periods
+from dwmr.simulation.loop import SIGNALS, Memory, World, row_of, run_periods
+
+#: A record of all signals at all periods that takes more is thinned out [bytes].
+LARGEST_RECORD = 100_000_000
+
+
+def kept_samples(samples: int, every: int) -> NDArray[np.int64]:
+    """Return the numbers of the samples that are kept: every `every`-th from the first on, and the last."""
+    return np.union1d(np.arange(0, samples, every), [samples - 1])
 
 
 @dataclass(frozen=True)
@@ -46,6 +55,23 @@ class Simulation:
             return (*signals, *safety_filter.SIGNALS)
         return (*signals, *vehicles.SIGNALS) if others(self.scenario) else signals
 
+    @property
+    def sample_size(self) -> int:
+        """Memory of one recorded sample [bytes]; of rigid bodies their positions are recorded, too."""
+        positions = 9 * (self.scenario.run.plant != "equations")
+        return 8 * len(self.laws) * (len(SIGNALS) + len(self.law_signals) + positions)
+
+    @property
+    def every(self) -> int:
+        """Control periods from one recorded sample to the next.
+
+        The measures of the safety filter need each of them, see `checks`.
+        """
+        run = self.scenario.run
+        if run.record_every is not None or self.scenario.safety is not None:
+            return run.record_every or 1
+        return -(-(run.steps + 1) * self.sample_size // LARGEST_RECORD)
+
 
 class Periods:
     """The control periods of a run; they are computed in order, some at a time.
@@ -57,7 +83,10 @@ class Periods:
 
     Attributes:
         simulation: A prepared run.
+        total: Number of all periods.
         world, memory: Constants and memory of the loop.
+        every: Control periods from one recorded sample to the next; only the last one is kept for a caller that writes
+            states.
         record: Signals of `loop.SIGNALS`, shape (samples, robots, signals).
         law_record: Those of the control law.
         guard: Safety filter and its memory, None without one.
@@ -70,9 +99,10 @@ class Periods:
         scenario, names = simulation.scenario, tuple(simulation.scenario.robots)
         laws = [simulation.laws[n] for n in names]
         exactly = measured or not measures_inexactly(scenario)
-        samples = scenario.run.steps + 1
-        self.simulation = simulation
-        self.world = _world(simulation, laws, exactly, measured or scenario.run.plant != "equations")
+        self.simulation, self.total = simulation, scenario.run.steps + 1
+        self.every = self.total if measured else simulation.every
+        samples = len(kept_samples(self.total, self.every))
+        self.world = _world(simulation, laws, exactly, measured or scenario.run.plant != "equations", self.every)
         self.memory = _memory(simulation, laws, exactly)
         self.record: FloatArray = np.zeros((samples, len(names), len(SIGNALS)))
         self.law_record: FloatArray = np.zeros((samples, len(names), len(simulation.module.SIGNALS)))
@@ -87,10 +117,21 @@ class Periods:
         self._draw = noise_source(scenario)
         self.kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
 
-    @property
-    def samples(self) -> int:
-        """Number of all periods."""
-        return len(self.record)
+    def row(self, period: int) -> int:
+        """Return the row of a period in the records, see `loop.row_of`."""
+        return row_of(period, self.every, len(self.record))
+
+    def recorded(self, computed: int, records: Sequence[FloatArray]) -> NDArray[np.int64]:
+        """Return the recorded ones of some periods, and bring the last one into its row.
+
+        Args:
+            computed: Number of the periods.
+            records: Arrays whose first axis counts the samples; written.
+        """
+        numbers = kept_samples(computed, self.every)
+        for one in records:
+            one[len(numbers) - 1] = one[self.row(computed - 1)]
+        return numbers
 
     def given(self, first: int, last: int) -> tuple[FloatArray, FloatArray]:
         """Return the obstacles at the periods from `first` up to but not including `last`, and draw their noise.
@@ -153,7 +194,7 @@ def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
     return np.ascontiguousarray(np.concatenate([places, radii[:, :, None]], axis=2))
 
 
-def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, other_plant: bool) -> World:
+def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, other_plant: bool, every: int) -> World:
     scenario = simulation.scenario
     robots = np.zeros(len(scenario.robots), dtype=ROBOT)
     names = list(scenario.robots)
@@ -173,6 +214,8 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
         float(scenario.formation.leader_velocity == "ground"),
         measures_exactly,
         other_plant,
+        every,
+        delay_of(scenario),
     )
 
 
@@ -217,7 +260,7 @@ def _acting(scenario: Scenario) -> Any:
             frequency = one.angular_frequency if one.kind == "sinusoid" else 0.0
             share = 1.0 if one.robots is None or name in one.robots else 0.0
             amplitudes = [share * a for a in (one.v, one.omega, one.force, one.torque)]
-            acting[i, k] = (one.start, one.stop, frequency, *amplitudes)
+            acting[i, k] = (one.start, one.stop, frequency, one.phase, *amplitudes)
     return acting
 
 
@@ -233,10 +276,13 @@ def _memory(simulation: Simulation, laws: list[Law], measures_exactly: bool) -> 
     sides = np.zeros((n, len(scenario.obstacles)))
     filters, slip, torques = np.zeros((3, n, 2))
     wheels, odometry = np.zeros((n, 6)), plant[:, :3].copy()
+    heard, delay = np.concatenate([seen, slip], axis=1), 0 if measures_exactly else delay_of(scenario)
     return Memory(
         plant,
         slip,
         seen,
+        heard,
+        np.repeat(heard[None], delay + 1, axis=0),
         wheels,
         odometry,
         theta_star,
@@ -261,28 +307,38 @@ def _first_direction(simulation: Simulation, robot: Robot) -> float:
 MEASURED = ("x", "y", "theta", "v", "omega")
 
 
+def delay_of(scenario: Scenario) -> int:
+    """Return the age of the messages of leaders in control periods."""
+    return round(scenario.communication.delay / scenario.run.dt)
+
+
 def measures_inexactly(scenario: Scenario) -> bool:
-    """Return whether some robot measures inexactly."""
+    """Return whether some robot measures inexactly, or knows its leader's state late."""
+    if delay_of(scenario) > 0 or scenario.communication.loss > 0.0:
+        return True
     by_wheels = any(r.sensors.pose == "odometry" or r.sensors.encoder_steps for r in scenario.robots.values())
     return by_wheels or bool(_deviations(scenario).any())
 
 
 def noise_source(scenario: Scenario) -> Callable[[int], FloatArray]:
-    """Return a function that draws the noise of the next periods, shape (periods, robots, 5).
+    """Return a function that draws noise and losses of the next periods, shape (periods, robots, 6), see `loop`.
 
     A robot's numbers follow from the seed and its name alone: neither the other robots nor the control law nor how many
     periods are drawn at once change them. Where all robots measure exactly the arrays are empty.
     """
     deviations, n = _deviations(scenario), len(scenario.robots)
     if not measures_inexactly(scenario):
-        nothing = np.zeros((0, n, len(MEASURED)))
+        nothing = np.zeros((0, n, len(MEASURED) + 1))
         return lambda periods: nothing
     streams = [np.random.default_rng([scenario.run.seed, *name.encode()]) for name in scenario.robots]
+    # no byte of a name is 256
+    messages = [np.random.default_rng([scenario.run.seed, 256, *name.encode()]) for name in scenario.robots]
 
     def draw(periods: int) -> FloatArray:
         drawn = np.stack([one.standard_normal((periods, len(MEASURED))) for one in streams], axis=1)
-        result: FloatArray = np.clip(drawn, -LARGEST_NOISE, LARGEST_NOISE) * deviations
-        return result
+        lost = np.stack([one.random((periods, 1)) < scenario.communication.loss for one in messages], axis=1)
+        noise: FloatArray = np.clip(drawn, -LARGEST_NOISE, LARGEST_NOISE) * deviations
+        return np.concatenate([noise, lost.astype(np.float64)], axis=2)
 
     return draw
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
 
 from dwmr.control import laws as controllers
@@ -19,7 +21,7 @@ from dwmr.control.laws.text_law import TextLaw, TextSettings
 from dwmr.control.rule_requirements import ROLES
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.mistakes import diagnose
-from dwmr.scenario.model import Omnidirectional
+from dwmr.scenario.model import Ackermann, Omnidirectional
 from dwmr.scenario.vehicle_limits import curvature
 from dwmr.simulation import mujoco_plant
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
@@ -30,14 +32,22 @@ from fuzzyctl.experiments.scenario_keys import split_key
 CURVATURE = "kappa_max"
 
 
-def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
+def check(file: ScenarioFile, laws: Iterable[str], rules: Rules, *, real: bool = False) -> None:
     """Check a scenario and its rule files for some control laws, and its plant, without compiling anything.
+
+    Args:
+        file: The scenario.
+        laws: Control laws.
+        rules: Its rule files.
+        real: Whether the robots are real, so that their velocity loops are not those of the scenario.
 
     Raises:
         DiagnosticError: With the mistakes of all robots; equal ones show once.
     """
     mujoco_plant.require(file)
     mistakes: dict[tuple[str, str, str], Diagnostic] = {}
+    if not real and (unstable := next(_unstable_loops(file), None)) is not None:
+        mistakes["", "", ""] = unstable
     for name in laws:
         law = None
         for robot in file.scenario.robots:
@@ -51,6 +61,59 @@ def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
         raise DiagnosticError(tuple(mistakes.values()))
     unused = [role for role in file.scenario.rules if role not in ROLES and role not in rules.used]
     rules.warnings += [_unused(file, role) for role in unused]
+
+
+def _unstable_loops(file: ScenarioFile) -> Iterator[Diagnostic]:
+    """Find velocity loops that grow from period to period, without friction and with the load that makes it worse."""
+    run, load = file.scenario.run, file.scenario.load
+    for name, robot in file.scenario.robots.items():
+        loop, accelerates = robot.inner_loop, robot.inner_loop.torque_reading == "acceleration"
+        for channel, inertia, factor in (
+            ("v", robot.mass, load.mass_factor), ("omega", robot.inertia, load.inertia_factor),
+        ):  # fmt: skip
+            if channel == "omega" and isinstance(robot.vehicle, Ackermann):
+                continue  # its steering turns it
+            gain = (1.0 if accelerates else 1.0 / inertia) / min(1.0, factor)
+            k_p, k_d, n = (getattr(loop, f"{key}_{channel}") for key in ("k_p", "k_d", "n"))
+            value = eigenvalue(k_p * gain, k_d * gain, n, robot.actuator.lag, run.dt, run.substeps)
+            if abs(value) > 1.0 + 1e-9:
+                digits = f"{value.real:.4g}" + (f" ± {abs(value.imag):.3g}i" if value.imag else "")
+                message = (
+                    f"run.dt = {run.dt:g} s: the velocity loop of robots.{name} in {channel} is unstable, its "
+                    f"eigenvalue {digits} has the magnitude {abs(value):.4g} > 1"
+                )
+                facts = (
+                    f"it is that of one period with k_p = {k_p:g}, k_d = {k_d:g}, n = {n:g} 1/s, a lag of "
+                    f"{robot.actuator.lag:g} s and run.substeps = {run.substeps}",
+                )
+                help_text = f"shorten run.dt, or lower robot.inner_loop.k_d_{channel} or n_{channel}"
+                yield file.places.diagnostic("FZ904", "run.dt", message, facts=facts, help=help_text)
+
+
+def eigenvalue(k_p: float, k_d: float, n: float, lag: float, dt: float, substeps: int) -> complex:
+    """Return the largest eigenvalue of a velocity loop from one control period to the next.
+
+    Args:
+        k_p, k_d: Gains over the inertia [1/s, -].
+        n: Derivative filter [1/s].
+        lag: Time constant of the torques [s].
+        dt: Control period [s].
+        substeps: Integration steps in it, of the Runge-Kutta method.
+
+    Source:
+        Goto, Bertol, Martins, Eq. (75), held over a period, before a lag and an integrator.
+    """
+    step = np.array([[0.0, 1.0, 0.0], [0.0, -1.0 / lag, 1.0 / lag], [0.0, 0.0, 0.0]]) * (dt / substeps)
+    term = whole = np.eye(3)
+    for order in range(1, 5):
+        term = term @ step / order
+        whole = whole + term
+    period = np.linalg.matrix_power(whole, substeps)[:2]  # of velocity, torque and command
+    command = np.array([-(k_p + k_d * n), 0.0, -k_d * n])  # by velocity, torque and filter
+    share = 1.0 - math.exp(-n * dt)
+    plant = np.column_stack([period[:, :2], np.zeros(2)]) + np.outer(period[:, 2], command)
+    matrix = np.vstack([plant, [-share, 0.0, 1.0 - share]])
+    return complex(max(np.linalg.eigvals(matrix), key=abs))
 
 
 def _unused(file: ScenarioFile, role: str) -> Diagnostic:

@@ -24,7 +24,7 @@ from dwmr.simulation import loop
 from dwmr.simulation.faults import LARGEST, NOT_FINITE, TOO_LARGE
 from dwmr.simulation.loop import COLUMNS, SIGNALS
 from dwmr.simulation.mujoco_plant import MujocoPlant
-from dwmr.simulation.periods import Periods, Simulation
+from dwmr.simulation.periods import Periods, Simulation, kept_samples
 from dwmr.simulation.preflight import check, settings_of
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.experiments.scenario_keys import Places
@@ -101,9 +101,9 @@ def _in_python(
 ) -> LawError:
     """Return the error of a law in a period as Python, with its line; that of compiled code if they differ."""
     module, memory = periods.simulation.module, periods.memory
-    seen, slip = memory.seen.copy(), memory.slip.copy()
+    seen, slip, heard = memory.seen.copy(), memory.slip.copy(), memory.heard.copy()
     start.restore()
-    memory.slip[...] = slip  # measured states before the law is called
+    memory.slip[...], memory.heard[...] = slip, heard  # measured states before the law is called
     if memory.seen is not memory.plant:
         memory.seen[...] = seen
     step, asked = getattr(module.step, "py_func", module.step), list[TrackingError]()
@@ -138,8 +138,6 @@ def _in_python(
 PERIODS_AT_A_TIME = 4000
 #: In plain Python it returns about this often [s].
 PATIENCE = 0.25
-#: Numbers that are recorded of a robot by plant, those of its law aside: of rigid bodies their positions, too.
-_RECORDED = {"equations": len(SIGNALS), "mujoco": len(SIGNALS) + 9}
 #: Records of all laws of a command are kept in memory together; more than this is refused [bytes].
 MOST_MEMORY = 2 << 30
 
@@ -163,7 +161,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Records of a run, every control period.
+    """Records of a run, every control period or every few of them.
 
     Args:
         controller: Name of the control law.
@@ -176,6 +174,8 @@ class Trajectory:
         wall_s: Computing time of the loop [s].
         stop: Why the run ended early, or None.
         positions: `MujocoPlant.positions` of rigid bodies, shape (samples, 9 * robots) [m, rad], or None of equations.
+        step: Time from one sample to the next [s]; the last one may follow earlier.
+        every: Control periods in it.
     """
 
     controller: str
@@ -187,6 +187,8 @@ class Trajectory:
     wall_s: float
     stop: Stop | None = None
     positions: FloatArray | None = None
+    step: float = 0.0
+    every: int = 1
 
     def __getitem__(self, name: str) -> FloatArray:
         """Return a signal by name, shape (samples, robots)."""
@@ -234,10 +236,7 @@ def require_memory(simulations: Sequence[Simulation], places: Places) -> None:
     Raises:
         DiagnosticError: When they do not.
     """
-    needed = sum(
-        8 * (s.scenario.run.steps + 1) * len(s.laws) * (len(s.law_signals) + _RECORDED[s.scenario.run.plant])
-        for s in simulations
-    )
+    needed = sum(len(kept_samples(s.scenario.run.steps + 1, s.every)) * s.sample_size for s in simulations)
     if needed <= MOST_MEMORY:
         return
     horizon = simulations[0].scenario.run.horizon
@@ -245,7 +244,7 @@ def require_memory(simulations: Sequence[Simulation], places: Places) -> None:
         f"run.horizon = {horizon:g} s makes records of {needed / 2**30:.1f} GiB for {len(simulations)} control law"
         f"{'s' if len(simulations) > 1 else ''}; at most {MOST_MEMORY / 2**30:g} GiB are kept"
     )
-    help_text = "shorten run.horizon, lengthen run.dt, or run one control law at a time"
+    help_text = "raise run.record_every, shorten run.horizon, lengthen run.dt, or run one control law at a time"
     raise DiagnosticError([places.diagnostic("FZ904", "run.horizon", message, help=help_text)])
 
 
@@ -263,28 +262,29 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     """
     periods = Periods(simulation)
     plant = _other_plant(simulation.scenario)
-    positions = None if plant is None else np.empty((periods.samples, plant.positions.size))
+    positions = None if plant is None else np.empty((len(periods.record), plant.positions.size))
     with first_class_functions(), collected_errors() as periods.raised:
-        samples, wall_s, stop = _computed(periods, report or (lambda _: None), plant, positions)
-    t: FloatArray = np.arange(samples, dtype=np.float64) * simulation.scenario.run.dt
-    law_record = periods.law_record
+        computed, wall_s, stop = _computed(periods, report or (lambda _: None), plant, positions)
+    law_record, dt = periods.law_record, simulation.scenario.run.dt
     if periods.guard is not None:
         law_record = np.concatenate([law_record, periods.guard[1].record], axis=2)
     if periods.vehicles is not None:
         law_record = np.concatenate([law_record, periods.vehicles.record], axis=2)
-    names, signals = tuple(simulation.scenario.robots), simulation.law_signals
-    if positions is not None:
-        positions = positions[:samples]
+    records = [periods.record, law_record, *(() if positions is None else (positions,))]
+    numbers = periods.recorded(computed, records)
+    t: FloatArray = numbers.astype(np.float64) * dt
+    record, law_record, *rest = (one[: len(numbers)] for one in records)
     return Trajectory(
-        simulation.name, names, t, periods.record[:samples], law_record[:samples], signals, wall_s, stop, positions
-    )
+        simulation.name, tuple(simulation.scenario.robots), t, record, law_record, simulation.law_signals,
+        wall_s, stop, rest[0] if rest else None, periods.every * dt, periods.every,
+    )  # fmt: skip
 
 
 def _computed(
     periods: Periods, report: Callable[[int], None], plant: MujocoPlant | None, positions: FloatArray | None
 ) -> tuple[int, float, Stop | None]:
     """Compute all periods; return how many are recorded, the computing time [s], and why the run ended early."""
-    simulation, samples = periods.simulation, periods.samples
+    simulation, samples = periods.simulation, periods.total
     dt, names = simulation.scenario.run.dt, tuple(simulation.scenario.robots)
     chunk = PERIODS_AT_A_TIME if COMPILED and plant is None else 1
     reached, wall_s, began = 0, 0.0, 0.0
@@ -300,7 +300,7 @@ def _computed(
                 chunk = min(2 * chunk, PERIODS_AT_A_TIME)
             report(reached)
             if fault != 0:
-                reason = reason_of(fault, periods.record[reached, robot], simulation.module)
+                reason = reason_of(fault, periods.record[periods.row(reached), robot], simulation.module)
                 return reached + 1, wall_s, Stop(reached * dt, names[robot], reason)
     except KeyboardInterrupt:
         if reached == 0:
@@ -311,7 +311,7 @@ def _computed(
             raise
         (mistake,) = error.diagnostics
         return (
-            error.period,
+            error.period if periods.every == 1 else (error.period - 1) // periods.every * periods.every + 1,
             wall_s + perf_counter() - began,
             Stop(error.period * dt, names[error.robot], mistake.facts[0], mistake),
         )
@@ -326,7 +326,7 @@ def _some(
         return decide(periods, first, last)
     dt, memory = periods.simulation.scenario.run.dt, periods.memory
     for k in range(first, last):
-        positions[k] = plant.positions
+        positions[periods.row(k)] = plant.positions
         done = decide(periods, k, k + 1)
         if done[2] != 0:
             break

@@ -13,7 +13,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from dwmr.output.report import ABOUT_FILTER, table_by_law
-from dwmr.results.paper_tables import TABLES
+from dwmr.results.paper_tables import MEASURES as PRINTED
+from dwmr.results.paper_tables import TABLES, near
 from dwmr.scenario import file
 from dwmr.scenario.file import ScenarioFile
 from dwmr.sweep.robots import Measure, Robots, read_spec, unit_of
@@ -37,6 +38,7 @@ MEASURES = (
     "rmse.*.x_e",
     "rmse.*.y_e",
     "rmse.*.theta_e",
+    "rmse.*.theta_e_unwrapped",
     "chattering.*.v",
     "chattering.*.omega",
     "centre_distance.*",
@@ -172,9 +174,8 @@ _ABOUT = (
 _SHARES = tuple(one.replace(".*", "") for one in SHARES)
 
 
-#: Columns of the ratios to a table of the paper, and how near to 1 they are counted.
+#: Columns of the ratios to a table of the paper.
 _RATIOS = {"ratio.x_e": "x_e\n", "ratio.y_e": "y_e\n", "ratio.theta_e": "θ_e\n"}
-_NEAR = 0.10
 
 
 def print_comparison(
@@ -215,9 +216,10 @@ def print_comparison(
 
 def _ratios(found: Sequence[Entry], number: int) -> Iterator[Entry]:
     """Yield the root mean square errors over those of a table of the paper, for the laws and robots that it has."""
+    names = {f"rmse.{measure}": name for name, measure in PRINTED.items()}
     for one in found:
-        group, _, name = one.measure.partition(".")
-        wanted = TABLES[number].get(one.controller, {}).get(one.robot, {}).get(name) if group == "rmse" else None
+        name = names.get(one.measure, "")
+        wanted = TABLES[number].get(one.controller, {}).get(one.robot, {}).get(name)
         if wanted is not None and one.mean is not None:
             yield dataclasses.replace(one, measure=f"ratio.{name}", mean=one.mean / wanted, low=None, high=None)
 
@@ -227,11 +229,10 @@ def _print_ratios(out: Console, scenario: str, found: Sequence[Entry], number: i
         return
     out.print(f"{escape(scenario)}: RMSE over those of Table {number} of the paper", style="bold", highlight=False)
     out.print(_table(found, _RATIOS))
-    for law in dict.fromkeys(one.controller for one in found):
-        values = [one.mean for one in found if one.controller == law and one.mean is not None]
-        near = sum(abs(value - 1.0) <= _NEAR for value in values)
-        span = f"{min(values):.2f} to {max(values):.2f}"
-        out.print(f"{law}: {near} of {len(values)} within {_NEAR:.0%}, {span}", style="dim", highlight=False)
+    laws = tuple(dict.fromkeys(one.controller for one in found))
+    for group in dict.fromkeys([*((law,) for law in laws), laws]):
+        values = [one.mean for one in found if one.controller in group and one.mean is not None]
+        out.print(f"{', '.join(group)}: {near(values, number)}", style="dim", highlight=False)
     out.print()
 
 

@@ -61,7 +61,7 @@ class Robots(Runnable[ScenarioFile]):
 
     def check(self, scenario: ScenarioFile, controllers: Sequence[str]) -> Mapping[str, UsedFile]:
         """Check a scenario and its rule files, and return these by role and name, and the laws that are text."""
-        rules = self._rules(scenario)
+        rules = self.rules(scenario)
         preflight.check(scenario, controllers, rules)
         return _used(rules)
 
@@ -86,7 +86,7 @@ class Robots(Runnable[ScenarioFile]):
         from dwmr.results.metrics import measure
         from dwmr.simulation import simulate
 
-        rules = self._rules(scenario)
+        rules = self.rules(scenario)
         simulation = simulate.prepare(scenario, controller, rules)
 
         def compute() -> Computed:
@@ -107,7 +107,8 @@ class Robots(Runnable[ScenarioFile]):
         files = {law: laws.python_file(law, scenario.path.parent) for law in controllers}
         return {law: hashlib.sha256(path.read_bytes()).hexdigest() for law, path in files.items() if path is not None}
 
-    def _rules(self, scenario: ScenarioFile) -> Rules:
+    def rules(self, scenario: ScenarioFile) -> Rules:
+        """Return the rule files of a scenario."""
         folders = (*([self.rules_folder] if self.rules_folder else []), *scenario.folders)
         return Rules(scenario.scenario.rules, folders, scenario.places, self.known)
 
@@ -124,6 +125,7 @@ _UNITS = {
 }  # fmt: skip
 _GROUP_UNITS = {
     "centre_distance": "m", "obstacle_gap": "m", "robot_gap": "m", "avoidance_s": "s", "g_ais_min": "m/s, rad/s",
+    "energy": "J",
 }  # fmt: skip
 _ARRIVAL = {"t": "s", "distance": "m"}
 _CHATTERING = {"v": "m/s²", "omega": "rad/s²"}
@@ -181,7 +183,8 @@ def unit_of(column: str) -> str:
 #: Groups of measures that a sweep can keep, as summary.json names them.
 Measure = Literal[
     "rmse", "rmse_body", "rmse_inertial", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit",
-    "arrival", "chattering", "chattering_outside", "avoidance_s", "avoidance_switches", "saturation",
+    "arrival", "chattering", "chattering_outside", "avoidance_s", "avoidance_switches", "saturation", "energy",
+    "amplification",
     "condition_violated", "safety", "lyapunov", "drift", "g_ais_min",
 ]  # fmt: skip
 

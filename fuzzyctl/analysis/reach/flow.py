@@ -89,6 +89,8 @@ class Flow:
         Raises:
             NoTubeError: If no enclosure of the solutions is proved.
         """
+        if not x:
+            return [], []
         tube = self.tube(time, step, x, self._disturbed(constants))
         apart = self._deviation(time, step, tube, constants)
         polynomial: list[list[Value]]

@@ -80,6 +80,15 @@ def interval(low: Form, high: Form) -> Form:
     return np.stack([c, r + _SUM * (np.abs(c) + r) + _TINY], -1)
 
 
+def corners(box: Form) -> Form:
+    """Return the corners of a box, given by intervals of shape (sides, 2); shape (corners, sides, 2)."""
+    low, high = ends(box)
+    picks = np.stack(np.meshgrid(*[np.array([False, True])] * len(low), indexing="ij"), -1).reshape(-1, len(low))
+    # Not the middles beside the ends: a side without width has one.
+    points = np.unique(np.where(picks, high, low), axis=0)
+    return np.stack([points, np.zeros_like(points)], -1)
+
+
 def hulled(a: Form) -> Form:
     """Return a form without its symbols, shape (boxes, 2)."""
     return np.stack([a[..., 0], radius(a)], -1)

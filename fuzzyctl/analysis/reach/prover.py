@@ -11,17 +11,18 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.coverage.box_search import Side
+from fuzzyctl.analysis.reach import stability
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
 from fuzzyctl.analysis.reach.reach import ReachableSets, Step
-from fuzzyctl.analysis.reach.sets import Parallelotope, modes
-from fuzzyctl.analysis.reach.stability import Contraction, contraction
+from fuzzyctl.analysis.reach.sets import Parallelotope, modes, with_symbols
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.work import clock
 from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.loop import TIME, Always, Loop, Stable
+from fuzzyctl.simulation.dead_times import kept_samples
 from fuzzyctl.simulation.equations import PlantState
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.judgement import KEPT, Requirement
@@ -32,16 +33,20 @@ from fuzzyctl.simulation.sample_times import ALIGNED, sample_times
 #: Most boxes that a family is cut into, and boxes that are enclosed at once.
 MOST_BOXES: Final = 600
 _TOGETHER: Final = 8
+#: Most boxes for a claim about all times.
+_MOST_PARTS: Final = 32
+#: The part of the time in which parts of the ranges of params are tried at the start only.
+_QUICK: Final = 0.3
 #: Most open boxes that a verdict shows.
 _SHOWN: Final = 3
 #: Numbers of periods at which a set is replaced by a parallelotope that later sets may lie in.
-_ANCHORS: Final = frozenset(round(100 * 1.6**k) for k in range(24))
+ANCHORS: Final = frozenset(round(100 * 1.6**k) for k in range(24))
 
 #: Members that are run to refute claims, and their time as a part of that of the proofs.
 DRAWN: Final = 64
 _RUNS: Final = 0.3
 #: Numbers of periods at which it is tried whether a set contracts.
-_LOOKS: Final = frozenset(round(30 * 1.5**k) for k in range(30))
+_LOOKS: Final = frozenset({0, 2, 6, 14, *(round(30 * 1.5**k) for k in range(30))})
 
 Progress = Callable[[str, int, int], None]
 
@@ -132,17 +137,22 @@ class LoopProver:
         results = {p.name: p.results for p in self.loop.plants}
         return [f"{i.name}.{r.name}" for i in self.loop.instances for r in results.get(i.controller, ())]
 
-    def _sets(self, claims: Sequence[Always], end: float) -> ReachableSets:
+    def sets(self, claims: Sequence[Always], end: float) -> ReachableSets:
+        """Return the sets for some claims up to a time, infinite for all times."""
         params = [d.name for d in self.dimensions if not d.state]
         number = self.loop.number
         conditions = [loosened(c.claim, 0.0 if c.within is None else number(c.within)) for c in claims]
         # Up to the sample at the end, or the next one.
         last = min(end + sample_times(self.loop)[0], number(self.loop.duration))
         loop = self.loop if math.isinf(end) else replace(self.loop, duration=Number(last))
-        equations = loop_equations(loop, conditions, params)
-        if loop.step is not None and not equations.given and all(c.period is not None for c in loop.controllers):
-            # Nothing happens at samples between those of the controllers.
-            equations = loop_equations(replace(loop, step=None), conditions, params) if loop.controllers else equations
+        equations = kept_samples(loop_equations(loop, conditions, params))
+        if isinstance(equations, str):
+            raise DomainError(equations)
+        periods = [c.period for c in loop.controllers]
+        if loop.step is not None and not equations.given and periods and None not in periods:
+            # Nothing happens at samples between those of the controllers, unless a dead time ends there.
+            coarse = kept_samples(loop_equations(replace(loop, step=None), conditions, params))
+            equations = equations if isinstance(coarse, str) else coarse
         columns = np.zeros((equations.samples, 0))
         if equations.given:
             from fuzzyctl.simulation.experiment import Experiment
@@ -177,9 +187,9 @@ class LoopProver:
         fixed = [name for name in params if not can_be_free(self.loop, name)]
         if fixed:
             return f"'{fixed[0]}' cannot vary in a proof: a constant such as the start of a state depends on it"
-        equations = loop_equations(self.loop, free=params)
-        if equations.delays:
-            return "the loop has dead time, which cannot be enclosed yet"
+        equations = kept_samples(loop_equations(self.loop, free=params))
+        if isinstance(equations, str):
+            return equations
         return next(
             (
                 f"system '{item.system.name}' keeps a state, which cannot be enclosed yet"
@@ -219,7 +229,7 @@ class LoopProver:
             _Claim(c, 0.0 if c.begin is None else number(c.begin), duration if c.end is None else number(c.end))
             for c in claims
         ]
-        sets = self._sets(claims, max(c.end for c in asked))
+        sets = self.sets(claims, max(c.end for c in asked))
         until = clock.used() + self.timeout
         boxes = [(*self._family(), list(range(len(asked))))]
         tubes: list[Tube] = []
@@ -323,12 +333,7 @@ class LoopProver:
     ) -> None:
         """Note the boxes in which a claim is open over a step, or a state may leave its range."""
         count = len(broken[0])
-        left: list[tuple[str, Mask]] = []
-        for state, form in zip(sets.equations.plant_states, step.states, strict=True):
-            if math.isfinite(state.low) or math.isfinite(state.high):
-                low, high = ends(form)
-                text = f"state '{state.name}' may leave its range: it lies in [{low.min():.4g}, {high.max():.4g}]"
-                left.append((text, np.broadcast_to(~_within(state, low, high), count)))
+        left = [(text, np.broadcast_to(mask, count)) for text, mask in self._left(sets, step)]
         for k, claim in enumerate(claims):
             if step.time > claim.end + ALIGNED * sets.equations.step:
                 continue
@@ -339,6 +344,18 @@ class LoopProver:
                 for box in np.flatnonzero(mask):
                     if not broken[k][box][1]:
                         broken[k][box] = (step.time, text, self._cut(step, int(box)))
+
+    def _left(self, sets: ReachableSets, step: Step) -> list[tuple[str, Mask]]:
+        """Return which states may leave their ranges over a step, in words, and in which boxes."""
+        left: list[tuple[str, Mask]] = []
+        for state, form in zip(sets.equations.plant_states, step.states, strict=True):
+            if math.isfinite(state.low) or math.isfinite(state.high):
+                low, high = ends(form)
+                outside = ~_within(state, low, high)
+                if outside.any():
+                    text = f"state '{state.name}' may leave its range: it lies in [{low.min():.4g}, {high.max():.4g}]"
+                    left.append((text, outside))
+        return left
 
     def _cut(self, step: Step, box: int) -> tuple[int, float]:
         """Return which side of a box to cut, and its share in the widths of the states."""
@@ -370,12 +387,47 @@ class LoopProver:
     def _forever(self, claim: Always) -> Verdict:
         """Return the verdict on a claim about all times: a set that later lies in itself is invariant."""
         text = guarantee_text(claim)
-        sets = self._sets([claim], math.inf)
+        sets = self.sets([claim], math.inf)
         if reason := _changes(sets):
             return Undecided(text, reason)
+        return self._cut_up(lambda low, high, until: self._forever_in(claim, sets, low[None], high[None], until))
+
+    def _cut_up(
+        self, proved: Callable[[Form, Form, float], tuple[Proved | Undecided, int]], share: float = 1.0
+    ) -> Proved | Undecided:
+        """Return the verdict on a claim that holds if it does in all parts of the family.
+
+        Args:
+            proved: Returns the verdict for a box, given its ends and the processor time at which to stop; and the side
+                along which to cut the box, -1 to leave it.
+            share: The part of the time that it may take.
+        """
+        boxes, results = [self._family()], list[Proved]()
+        until = clock.used() + share * self.timeout
+        while boxes:
+            low, high = boxes.pop()
+            verdict, side = proved(low, high, until)
+            if isinstance(verdict, Proved):
+                results.append(verdict)
+            elif side >= 0 and len(boxes) + len(results) < _MOST_PARTS and clock.used() < until:
+                boxes += halves(low, high, side)[::-1]
+            else:
+                boxes_open = (self._sides(low, high),) if len(low) else ()
+                return replace(verdict, boxes=boxes_open, remaining=len(boxes_open))
+            if self.progress is not None:
+                self.progress("parts of the family", len(results), len(boxes))
+        if len(results) == 1:
+            return results[0]
+        note = f"in each of {len(results)} boxes; in the first: {results[0].note}"
+        return replace(results[0], note=note, data=tuple(r.data for r in results))
+
+    def _forever_in(
+        self, claim: Always, sets: ReachableSets, low: Form, high: Form, until: float
+    ) -> tuple[Proved | Undecided, int]:
+        """Return the verdict on a claim about all times for a box of the family, and where to cut it."""
+        text = guarantee_text(claim)
         begin = 0.0 if claim.begin is None else self.loop.number(claim.begin)
-        low, high = (e[None] for e in self._family())
-        until = clock.used() + self.timeout
+        widest = _widest(low[0], high[0])
         asked = _Claim(claim, begin, math.inf)
         params = sum(not d.state for d in self.dimensions)
         plant, memory, free = self._begin(sets, low, high)
@@ -392,7 +444,7 @@ class LoopProver:
                 return None
             motion = modes(previous[0], rows) if previous else None
             previous[:] = [rows]
-            if period // rate in _ANCHORS and period * sets.equations.step >= begin:
+            if period // rate in ANCHORS and period * sets.equations.step >= begin:
                 anchor[:] = [Parallelotope(rows, params, motion)]
                 previous.clear()
                 return anchor[0].rows
@@ -404,35 +456,56 @@ class LoopProver:
             for step in sets.run(plant, memory, free, len(self.dimensions), look):
                 record.add(step)
                 self._look(sets, [asked], step, broken)
-                time, reason, _ = broken[0][0]
+                time, reason, (side, _) = broken[0][0]
                 if reason:
-                    open_ = (self._sides(low[0], high[0]),) if self.dimensions else ()
-                    return Undecided(text, f"at t = {time:.6g} s {reason}", open_, len(open_))
+                    return Undecided(text, f"at t = {time:.6g} s {reason}"), side
                 if clock.used() > until:
-                    return Undecided(
-                        text, f"no set of t <= {step.time:.6g} s lies in an earlier one: more time may help"
-                    )
+                    reason = f"no set of t <= {step.time:.6g} s lies in an earlier one: more time may help"
+                    return Undecided(text, reason), -1
         except (NoTubeError, DomainError) as error:
-            return Undecided(text, str(error) or "no enclosure of the solutions is proved")
+            return Undecided(text, str(error) or "no enclosure of the solutions is proved"), widest
         finally:
-            self._keep(record.tube([0]))
+            if all(
+                map(np.array_equal, (low[0], high[0]), self._family())
+            ):  # a tube of a part is not that of the family
+                self._keep(record.tube([0]))
         step_length = sets.equations.step
-        return Proved(text, note=f"the set at t = {invariant[0] * step_length:.6g} s lies in an earlier one")
+        return Proved(text, note=f"the set at t = {invariant[0] * step_length:.6g} s lies in an earlier one"), -1
 
     def _stable(self) -> Verdict:
         """Return the verdict on convergence: the members come into a ball that a period contracts."""
         text = "stable"
-        sets = self._sets([], math.inf)
+        sets = self.sets([], math.inf)
         if reason := _changes(sets):
             return Undecided(text, reason)
         if sets.spread:
             return Undecided(text, "with a disturbance nothing converges: claim a range with 'require always ... from'")
         if sets.equations.rates:
             return Undecided(text, "its controllers run at several rates, for which contraction is not computed")
-        low, high = (e[None] for e in self._family())
+        if not (sets.plant or sets.memory):
+            return Undecided(text, "the loop has no state that could converge")
+        params = sum(not d.state for d in self.dimensions)
+        if params:
+            # Each member has one value of a param: parts of the range may have functions that the whole has not.
+            quick = self._cut_up(lambda low, high, _: self._stable_in(sets, low[None], high[None], None), _QUICK)
+            if isinstance(quick, Proved):
+                return quick
+        return self._cut_up(lambda low, high, until: self._stable_in(sets, low[None], high[None], until))
+
+    def _stable_in(
+        self, sets: ReachableSets, low: Form, high: Form, until: float | None
+    ) -> tuple[Proved | Undecided, int]:
+        """Return the verdict on convergence for a box of the family, and where to cut it.
+
+        Args:
+            sets: The loop.
+            low, high: The ends of the box.
+            until: When to stop; None to look at the start only.
+        """
+        params = sum(not d.state for d in self.dimensions)
+        text, widest = "stable", _widest(low[0, : params or None], high[0, : params or None])
         plant, memory, free = self._begin(sets, low, high)
-        until = clock.used() + self.timeout
-        balls: list[Contraction] = []
+        balls: list[stability.Contraction] = []
         reasons: list[str] = []
         previous: list[list[Form]] = []
 
@@ -441,8 +514,8 @@ class LoopProver:
             previous[:] = [rows]
             if period in _LOOKS:
                 try:
-                    ball = contraction(sets, rows, free, motion)
-                except (NoTubeError, DomainError) as error:
+                    ball = stability.contraction(sets, rows, free, motion)
+                except (NoTubeError, DomainError, stability.LeavesRangeError) as error:
                     ball = None
                     reasons[:] = [str(error)]
                 if ball is not None:
@@ -451,19 +524,31 @@ class LoopProver:
             return rows
 
         time = 0.0
+        boxes = max(len(a) for a in (*plant, *memory))
+        begin = with_symbols([np.broadcast_to(a, (boxes, a.shape[-1])) for a in (*plant, *memory)])
+        if look(0, begin) is None:
+            return self._converges(sets, free, balls[0], 0.0), -1
+        if until is None:
+            return Undecided(text, "no set contracts at the start"), widest
         try:
             for step in sets.run(plant, memory, free, len(self.dimensions), look):
                 time = step.time
+                if left := self._left(sets, step):
+                    return Undecided(text, f"at t = {time:.6g} s {left[0][0]}"), self._cut(step, 0)[0]
                 if clock.used() > until:
                     break
         except (NoTubeError, DomainError) as error:
             reasons[:] = [str(error) or "no enclosure of the solutions is proved"]
         if balls:
-            period = sets.equations.step
-            note = f"from t = {time + period:.6g} s on distances shrink by {balls[0].rate:.6g} each {period:g} s"
-            return Proved(text, note=note)
+            return self._converges(sets, free, balls[0], time + sets.equations.step), -1
         why = f": {reasons[0]}" if reasons and reasons[0] else ""
-        return Undecided(text, f"no set of t <= {time:.6g} s is proved to contract{why}")
+        return Undecided(text, f"no set of t <= {time:.6g} s is proved to contract{why}"), widest
+
+    def _converges(self, sets: ReachableSets, free: Sequence[Form], ball: stability.Contraction, time: float) -> Proved:
+        what = "distances to the point of rest shrink" if ball.to_rest else "distances shrink"
+        note = f"from t = {time:.6g} s on {what} by {ball.rate:.6g} each {sets.equations.step:g} s"
+        facts = stability.sectors(sets, free, ball) if ball.to_rest else []
+        return Proved("stable", note="; ".join([note, *facts]), data=ball)
 
 
 def _changes(sets: ReachableSets) -> str:
@@ -477,6 +562,11 @@ def _within(state: PlantState, low: Form, high: Form) -> Mask:
     """Return whether all values of a state surely lie in its range."""
     above = low > state.low if state.without_low else low >= state.low
     return above & (high < state.high if state.without_high else high <= state.high)
+
+
+def _widest(low: Form, high: Form) -> int:
+    """Return the longest side of a box beside the size of its numbers, -1 if it has no sides."""
+    return int(np.argmax((high - low) / np.maximum(np.abs(low), np.abs(high) + 1e-300))) if len(low) else -1
 
 
 def halves(low: Form, high: Form, side: int) -> list[tuple[Form, Form]]:

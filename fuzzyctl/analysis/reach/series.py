@@ -201,10 +201,13 @@ class Series:
         nodes: The nodes.
         values: Coefficients of order 0 of the inputs.
         whole: The series over a set that holds this one, and whose choices are taken where they are sure.
+        exact: Whether systems are evaluated in exact arithmetic at numbers, without the rounding of kernels.
     """
 
-    def __init__(self, nodes: Nodes, values: Sequence[Value], whole: Series | None = None) -> None:
-        self.nodes, self.whole = nodes, whole
+    def __init__(
+        self, nodes: Nodes, values: Sequence[Value], whole: Series | None = None, *, exact: bool = False
+    ) -> None:
+        self.nodes, self.whole, self.exact = nodes, whole, exact
         self.coefficients: list[list[Any]] = [[] for _ in nodes.nodes]
         #: Of a choice, where it is surely the first, and where surely the second.
         self.choices: dict[int, Truths] = {}
@@ -262,6 +265,8 @@ class Series:
                 return negative(parts[0])
             case "+":
                 return plus(parts[0], parts[1])
+            case "*" | "/" if self.exact and any(is_zero(p) for p in parts[: 2 if node.kind == "*" else 1]):
+                return 0.0 if all(np.all(np.isfinite(as_form(p))) for p in parts) else math.nan
             case "*":
                 return times(parts[0], parts[1])
             case "/":
@@ -311,7 +316,7 @@ class Series:
                 self.choices[at] = condition
                 return _without_nan(condition, then, otherwise)
             case "system":
-                return node.detail(parts)
+                return node.detail.exactly(parts) if self.exact else node.detail(parts)
             case "output":
                 return self.coefficients[node.parts[0]][0][node.detail]
         if node.kind == LAST_ENTRY:
@@ -337,7 +342,7 @@ class Series:
         table = self.coefficients
         if node.kind in ("number", "compare", "logic", "system"):
             is_open = node.kind == "system" or (node.kind == "compare" and not _decided(table[at][0]))
-            if is_open and any(not _is_zero(table[p][k]) for p in node.parts):
+            if is_open and any(not is_zero(table[p][k]) for p in node.parts):
                 raise NotSmoothError
             return 0.0
         parts = [table[p] for p in node.parts]
@@ -354,7 +359,7 @@ class Series:
             case "*":
                 return _convolved(parts[0], parts[1], range(k + 1), k)
             case "/":
-                if all(_is_zero(p[j]) for p in parts for j in range(1, k + 1)):
+                if all(is_zero(p[j]) for p in parts for j in range(1, k + 1)):
                     return 0.0
                 rest = minus(parts[0][k], _convolved(parts[1], table[at], range(1, k + 1), k))
                 return times(rest, self._inverses[at])
@@ -372,12 +377,12 @@ class Series:
                 rest = forms.divided(_convolved(slopes, parts[0], range(1, k), k), k)
                 return times(minus(parts[0][k], rest), self._inverses[at])
             case "sqrt" | "power":
-                if all(_is_zero(parts[0][j]) for j in range(1, k + 1)):
+                if all(is_zero(parts[0][j]) for j in range(1, k + 1)):
                     return 0.0
                 b = 0.5 if node.kind == "sqrt" else node.detail
                 total: Value = 0.0
                 for j in range(1, k + 1):
-                    if not _is_zero(parts[0][j]):
+                    if not is_zero(parts[0][j]):
                         factor = forms.rounded((Fraction(b) * j - (k - j)) / k)
                         total = plus(total, times(times(parts[0][j], table[at][k - j]), factor))
                 if at not in self._inverses:
@@ -389,7 +394,7 @@ class Series:
                 return self._picked(at, parts[0][k], parts[1][k])
             case "where":
                 return self._picked(at, parts[1][k], parts[2][k])
-        if not isinstance(table[at][0], float) and any(not _is_zero(p[k]) for p in parts):
+        if not isinstance(table[at][0], float) and any(not is_zero(p[k]) for p in parts):
             raise NotSmoothError
         return 0.0
 
@@ -405,12 +410,13 @@ class Series:
 
     def _picked(self, at: int, a: Value, b: Value) -> Value:
         yes, no = self.choices[at]
-        if not _decided((yes, no)) and not (_is_zero(a) and _is_zero(b)):
+        if not _decided((yes, no)) and not (is_zero(a) and is_zero(b)):
             raise NotSmoothError
         return forms.chosen(yes, no, a, b)
 
 
-def _is_zero(a: Any) -> bool:
+def is_zero(a: Any) -> bool:
+    """Return whether a value is the number 0."""
     return isinstance(a, float) and a == 0.0
 
 
@@ -418,7 +424,7 @@ def _convolved(a: Sequence[Value], b: Sequence[Value], indices: range, k: int) -
     """Return the sum of a[j] b[k - j] over some j."""
     total: Value = 0.0
     for j in indices:
-        if not (_is_zero(a[j]) or _is_zero(b[k - j])):
+        if not (is_zero(a[j]) or is_zero(b[k - j])):
             total = plus(total, times(a[j], b[k - j]))
     return total
 

@@ -11,10 +11,13 @@ import numpy as np
 
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.reach import forms
-from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, radius
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, corners, ends, radius
+from fuzzyctl.analysis.reach.series import Nodes, Series
+from fuzzyctl.analysis.reach.slopes import Slopes
 from fuzzyctl.kernels.algorithms.grid import Grid, Table, grid_of
 from fuzzyctl.kernels.interval.vector import boxes
 from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.plan.sets import SetPlan
 from fuzzyctl.model.system import FuzzySystem
 
 
@@ -97,35 +100,195 @@ class SystemSurface:
         Raises:
             DomainError: If an output has none there.
         """
-        if self.grid is not None and not any(t.weight for t in self.grid.outputs):
-            return [self._slopes_of_table(t, inputs) for t in self.grid.outputs]
-        low, high = (np.array(e) for e in zip(*map(ends, inputs), strict=True))
-        wanted = list(range(len(self.system.outputs)))
-        enclosures, gaps = self._boxed.evaluate(boxes(low, high), wanted, gaps=True)
         results = []
-        for enclosure in enclosures:
-            slopes = enclosure.slopes
-            if bool(np.any(gaps)) or slopes is None or not all(np.all(np.isfinite(s)) for s in slopes):
-                raise DomainError(f"the slopes of system '{self.system.name}' have no bound there")
-            below, above = (np.broadcast_to(s, low.shape)[:, 0] for s in slopes)
-            results.append(forms.interval(below, above))
+        for k in range(len(self.system.outputs)):
+            low, high = ends(self.gradients(inputs, k))
+            results.append(forms.interval(low.min(0), high.max(0)))
         return results
 
-    def _slopes_of_table(self, table: Table, inputs: Sequence[Form]) -> Form:
-        """Return the slopes of a multilinear function over one box, which on each cell are extreme at its corners."""
+    @np.errstate(all="ignore")
+    def gradients(self, inputs: Sequence[Form], output: int) -> Form:
+        """Return gradients of an output whose convex hull holds all over one box, shape (gradients, inputs, 2).
+
+        Raises:
+            DomainError: If gradients have no bound.
+        """
+        if self.grid is not None and not any(t.weight for t in self.grid.outputs):
+            return self._gradients_of_table(self.grid.outputs[output], inputs)
+        low, high = (np.array(e) for e in zip(*map(ends, inputs), strict=True))
+        (enclosure,), gaps = self._boxed.evaluate(boxes(low, high), [output], gaps=True)
+        slopes = enclosure.slopes
+        if bool(np.any(gaps)) or slopes is None or not all(np.all(np.isfinite(s)) for s in slopes):
+            raise DomainError(f"the slopes of system '{self.system.name}' have no bound there")
+        below, above = (np.broadcast_to(s, low.shape)[:, 0] for s in slopes)
+        return corners(forms.interval(below, above))
+
+    def exactly(self, inputs: Sequence[Value]) -> list[Value]:
+        """Return the outputs in exact arithmetic where they are known: at 0, and at knots; else forms."""
+        results = self(inputs)
+        if not all(isinstance(a, float) for a in inputs):
+            return results
+        for k in range(len(results)):
+            if not any(inputs) and self.rules([as_form(a) for a in inputs], k) is not None:
+                results[k] = 0.0
+            elif self.grid is not None and not self.grid.outputs[k].weight:
+                sides = [inputs[i] for i in self.grid.inputs]
+                if all(x in knots for x, knots in zip(sides, self.grid.knots, strict=True)):
+                    shape = [len(knots) for knots in self.grid.knots]
+                    at = tuple(knots.index(x) for x, knots in zip(sides, self.grid.knots, strict=True))
+                    results[k] = float(np.array(self.grid.outputs[k].value).reshape(shape)[at])
+        return results
+
+    @np.errstate(all="ignore")
+    def rules(self, inputs: Sequence[Form], output: int) -> Form | None:
+        """Return coefficients of each rule such that the output is an average of these times the inputs over one box.
+
+        Returns:
+            Shape (rules, inputs, 2), or None if the output is no average of functions that are 0 at 0.
+        """
+        plan, result = self.plan, self.plan.outputs[output]
+        plain = not (plan.has_formulas or plan.states or plan.held or plan.chains or result.reads or result.clamped)
+        over_rules = result.averages and not (result.sums or result.inverts or result.takes_degrees)
+        over_rules &= (result.merge, result.total) == ("rules", "activations")
+        if not (plain and over_rules and result.implied and all(e.change is None for e in result.implied)):
+            return None
+        for side, a in zip(plan.inputs, inputs, strict=True):
+            (low,), (high,) = ends(a)
+            if not side.extrapolate and not side.lower <= low <= high <= side.upper:
+                return None
+        low, high = (np.array(e) for e in zip(*map(ends, inputs), strict=True))
+        _, gaps = self._boxed.evaluate(boxes(low, high), [output], gaps=True)
+        rows = [self._coefficients(result.terms[e.term], inputs) for e in result.implied]
+        if bool(np.any(gaps)) or any(row is None for row in rows):
+            return None
+        return np.stack([row for row in rows if row is not None])
+
+    def _coefficients(self, term: SetPlan, inputs: Sequence[Form]) -> Form | None:
+        """Return coefficients of a consequent by the inputs, None if it is not 0 at 0."""
+        if term.expression is None:
+            return np.zeros((len(inputs), 2)) if term.peak == 0.0 else None
+        names = [i.name for i in self.plan.inputs]
+        nodes = Nodes(names, [], [term.expression])
+        at_zero = Series(nodes, [0.0] * len(names), exact=True).extend()[0]
+        if not (isinstance(at_zero, float) and at_zero == 0.0):
+            return None
+        whole = [forms.interval(np.minimum(low, 0.0), np.maximum(high, 0.0)) for low, high in map(ends, inputs)]
+        return np.asarray(Slopes(nodes, names).over(whole)[0])
+
+    def weights(self, arguments: Sequence[int], output: int) -> object:
+        """Return a key of the weights of the rules, given the positions of the values that are its inputs.
+
+        Two outputs for which it is the same have the same weights.
+        """
+        plan, result = self.plan, self.plan.outputs[output]
+        degrees = [(arguments[d.variable], d.set, plan.inputs[d.variable]) for d in plan.degrees]
+        premises = [(at, term, i.lower, i.upper, i.extrapolate) for at, term, i in degrees]
+        rules = [(plan.rules[e.rule], e.factor) for e in result.implied]
+        means = (result.kind, result.implication, result.aggregation, result.equal, result.fallback, plan.least)
+        return repr((premises, plan.steps, plan.strengths, rules, plan.activations, means))
+
+    def chords(self, inputs: Sequence[Form], about: Sequence[Form], output: int) -> Form | None:
+        """Return slopes S whose convex hull has f(x) - f(c) = S (x - c) for all x of one box, c near a point.
+
+        Of several inputs one after the other goes from x to c: the slope along each is that of a chord, for the inputs
+        before it at c and those after it anywhere in the box. In each of these the surface is linear between knots,
+        and so are the slopes of chords from one point; along the chord itself they are monotone between knots.
+
+        Returns:
+            Shape (corners, inputs, 2), None for a system that is no table.
+        """
+        if self.grid is None or any(t.weight for t in self.grid.outputs):
+            return None
+        table = self.grid.outputs[output]
+        knots = [np.array(k) for k in self.grid.knots]
+        values = np.array(table.value).reshape([len(k) for k in knots])
+        ranges = [tuple(float(e[0]) for e in ends(inputs[i])) for i in self.grid.inputs]
+        points = [tuple(float(e[0]) for e in ends(about[i])) for i in self.grid.inputs]
+        axes = [np.array([low, *k[(k > low) & (k < high)], high]) for k, (low, high) in zip(knots, ranges, strict=True)]
+        box = np.zeros((len(inputs), 2))
+        steep = [float(np.abs(ends(g)).max()) for g in self.slopes_of(table, inputs)]
+        errors = [most * (last - first) for most, (first, last) in zip(steep, points, strict=True)]
+        off = 1e-14 * np.abs(values).max() + sum(errors)
+        for axis, i in enumerate(self.grid.inputs):
+            first, last = points[axis]
+            middle = 0.5 * (first + last)
+            near = max(1e-8 * (knots[axis][-1] - knots[axis][0]), 1e3 * (last - first))
+            # Beside the point: the slopes of the cells there.
+            sides = [about[j] if order < axis else inputs[j] for order, j in enumerate(self.grid.inputs)]
+            sides[axis] = forms.interval(np.array([middle - near]), np.array([middle + near]))
+            low, high = ends(self.slopes_of(table, self._arguments(sides))[axis])
+            steepest = [float(low), float(high)]
+            beside = np.abs(axes[axis] - middle) > near
+            if beside.any():
+                at = [np.array([0.5 * sum(p)]) for p in points[:axis]]
+                grids = [*at, np.append(axes[axis][beside], middle), *axes[axis + 1 :]]
+                mesh = np.stack([m.reshape(-1) for m in np.meshgrid(*grids, indexing="ij")], -1)
+                heights = np.moveaxis(_interpolated(values, knots, mesh).reshape([len(g) for g in grids]), axis, -1)
+                apart = axes[axis][beside] - middle
+                slopes = (heights[..., :-1] - heights[..., -1:]) / apart
+                error = (2.0 * off + np.abs(slopes).max() * (last - first)) / np.abs(apart).min() * 1.01
+                steepest += [float(slopes.min()) - error, float(slopes.max()) + error]
+            box[i] = forms.interval(np.array(min(steepest)), np.array(max(steepest)))
+        return corners(box)
+
+    def sector(self, side: Form, about: Form, output: int) -> tuple[float, float, float, float] | None:
+        """Return the least slope of a chord from a point of a table of one input, where it ends, and the largest.
+
+        Beside the point the slope is that of the cell: then the chord ends at the next knot, or the end of the range.
+        """
+        if self.grid is None or len(self.grid.inputs) > 1 or self.grid.outputs[output].weight:
+            return None
+        knots, values = np.array(self.grid.knots[0]), np.array(self.grid.outputs[output].value)
+        (low,), (high,) = ends(side)
+        centre = float(about[0, 0])
+        points = np.array([low, *knots[(knots > low) & (knots < high)], high])
+        points = points[np.abs(points - centre) > 1e-8 * (knots[-1] - knots[0])]
+        slopes = (np.interp(points, knots, values) - np.interp(centre, knots, values)) / (points - centre)
+        least, most = int(slopes.argmin()), int(slopes.argmax())
+        return float(slopes[least]), float(points[least]), float(slopes[most]), float(points[most])
+
+    def _arguments(self, sides: Sequence[Form]) -> list[Form]:
+        """Return the inputs of the system from those of the grid."""
+        assert self.grid is not None
+        arguments: list[Form] = [np.zeros((1, 2)) for _ in self.system.inputs]
+        for i, side in zip(self.grid.inputs, sides, strict=True):
+            arguments[i] = side
+        return arguments
+
+    def slopes_of(self, table: Table, inputs: Sequence[Form]) -> list[Form]:
+        """Return the slopes of a table by each input of the grid."""
+        assert self.grid is not None
+        low, high = ends(self._gradients_of_table(table, inputs))
+        return [forms.interval(low[:, i].min(), high[:, i].max()) for i in self.grid.inputs]
+
+    def _gradients_of_table(self, table: Table, inputs: Sequence[Form]) -> Form:
+        """Return the gradients of a multilinear function at the corners of the parts of cells in one box.
+
+        On a part of a cell the gradient is multilinear, so that it lies in the hull of those at the corners. The slope
+        along an input does not depend on this input, and is that of the whole cell.
+        """
         assert self.grid is not None
         knots = [np.array(k) for k in self.grid.knots]
         values = np.array(table.value).reshape([len(k) for k in knots])
-        axes = [_cut(k, *(float(e[0]) for e in ends(inputs[i]))) for k, i in zip(knots, self.grid.inputs, strict=True)]
-        points = np.stack([m.reshape(-1) for m in np.meshgrid(*axes, indexing="ij")], -1)
-        heights = _interpolated(values, knots, points).reshape([len(a) for a in axes])
-        results = np.zeros((len(inputs), 2))
+        # Of each axis the cells that the box meets, twice, and weights of the knots at the ends of their parts in it.
+        cells, shares = [], list[Form]()
+        for k, i in zip(knots, self.grid.inputs, strict=True):
+            low, high = (float(e[0]) for e in ends(inputs[i]))
+            met = np.flatnonzero((np.append(k, np.inf) >= low) & (np.insert(k, 0, -np.inf) <= high))
+            at = np.clip(np.stack([np.insert(k, 0, low)[met], np.append(k, high)[met]], 1), low, high).reshape(-1)
+            cells.append(np.repeat(met, 2))
+            shares.append(np.stack([np.interp(at, k, row) for row in np.eye(len(k))], 1))
+        results = np.zeros((*(len(c) for c in cells), len(inputs), 2))
         for axis, i in enumerate(self.grid.inputs):
-            lengths = np.diff(axes[axis])
-            rounding = 64 * 2.0**-53 * np.abs(values).max() / max(float(lengths.min()), 1e-300)
-            steep = np.diff(heights, axis=axis) / lengths.reshape([-1 if k == axis else 1 for k in range(len(axes))])
-            results[i] = forms.interval(np.array(steep.min() - rounding), np.array(steep.max() + rounding))
-        return results
+            lengths = np.diff(knots[axis])
+            steep = np.moveaxis(np.diff(values, axis=axis), axis, -1) / lengths
+            steep = np.moveaxis(np.pad(steep, [(0, 0)] * (values.ndim - 1) + [(1, 1)]), -1, axis)
+            for other, share in enumerate(shares):
+                if other != axis:
+                    steep = np.moveaxis(np.tensordot(share, steep, (1, other)), 0, other)
+            results[..., i, 0] = np.take(steep, cells[axis], axis)
+            results[..., i, 1] = 64 * 2.0**-53 * np.abs(values).max() / max(float(lengths.min(initial=1.0)), 1e-300)
+        return _hull(results.reshape(-1, len(inputs), 2))
 
     def _by_slopes(self, arguments: Sequence[Form]) -> list[Value]:
         """Return forms by the mean value: the value at the centre, and the slopes over the box."""
@@ -139,8 +302,10 @@ class SystemSurface:
         if bool(np.any(gaps)):
             raise DomainError(f"system '{self.system.name}' may have no value")
         results: list[Value] = []
-        for enclosure, at in zip(whole, there, strict=True):
+        for output, (enclosure, at) in enumerate(zip(whole, there, strict=True)):
             hull = forms.interval(*np.broadcast_arrays(enclosure.lo, enclosure.hi, low[0])[:2])
+            if low.shape[1] == 1 and (rules := self.rules(arguments, output)) is not None:
+                hull = forms.narrower(_between_rules(rules, arguments), hull)
             slopes = enclosure.slopes
             if slopes is None or not all(np.all(np.isfinite(s)) for s in slopes):
                 results.append(hull)
@@ -159,6 +324,21 @@ class SystemSurface:
         return results
 
 
+def _between_rules(rules: Form, sides: Sequence[Form]) -> Form:
+    """Return a form of any average of coefficients times the inputs."""
+    totals: list[Form] = []
+    for rule in rules:
+        total: Value = 0.0
+        for slope, side in zip(rule, sides, strict=True):
+            total = forms.plus(total, forms.times(slope[None], side))
+        totals.append(as_form(total))
+    mean = as_form(forms.scaled(sum(totals[1:], totals[0]), 1.0 / len(totals)))
+    most = np.max([np.abs(np.stack(ends(forms.minus(t, mean)))).max(0) for t in totals], 0)
+    out = mean.copy()
+    out[..., 1] = most
+    return forms.padded(out, most)
+
+
 def _planes(sides: Sequence[Form], slopes: Form, middle: Form, error: Form) -> Form:
     """Return forms of middle + sum of slope (side - its centre), one slope of each side for each box."""
     out = np.zeros_like(sides[0])
@@ -173,6 +353,8 @@ def _planes(sides: Sequence[Form], slopes: Form, middle: Form, error: Form) -> F
     return forms.padded(out, size * len(sides))
 
 
+#: Most gradients that take the place of a box.
+_MOST_CORNERS: Final = 32
 #: Slabs that a plane set is cut into.
 SLABS: Final = 12
 #: By which part of its size corners of a plane set may be misplaced by rounding.
@@ -203,17 +385,32 @@ def _over_slabs(values: Form, knots: Sequence[Form], sides: Sequence[Form]) -> t
     return points, _interpolated(values, knots, points)
 
 
-def _cut(knots: Form, low: float, high: float) -> Form:
-    """Return the ends of the parts of cells that lie in a range; parts that are narrow are widened."""
-    least = 1e-6 * (knots[-1] - knots[0])
-    inner = [k for k in knots if low < k < high]
-    points = [low, *inner, high] if high - low > least else [low - least, *inner, high + least]
-    # Ends just beyond a knot would make parts whose slopes drown in rounding.
-    if len(points) > 2 and points[1] - points[0] < least:
-        points[0] -= least
-    if len(points) > 2 and points[-1] - points[-2] < least:
-        points[-1] += least
-    return np.array(points)
+def _hull(points: Form) -> Form:
+    """Return points whose convex hull holds that of others, shape (points, sides, 2), fewer if possible."""
+    low, high = ends(points)
+    box = forms.interval(low.min(0), high.max(0))
+    order = np.unique(points[..., 0], axis=0, return_index=True)[1]
+    used = np.flatnonzero(np.ptp(points[..., 0], axis=0) > 0.0)
+    if len(used) == 2:
+        x, y = points[order][:, used, 0].T
+        outline: set[int] = set()
+        for turn in (1.0, -1.0):  # the lower and the upper half, from left to right
+            half: list[int] = []
+            for k in range(len(x)):
+                while len(half) > 1 and turn * _turn(x, y, half[-2], half[-1], k) <= 0.0:
+                    half.pop()
+                half.append(k)
+            outline |= set(half)
+        order = order[sorted(outline)]
+        # A point that is left out for rounding alone lies that near to the hull.
+        points = points.copy()
+        points[..., 1] += 1e-12 * np.abs(points[..., 0]).max(0)
+    return corners(box) if len(order) > max(2 ** len(used), _MOST_CORNERS) else points[order]
+
+
+def _turn(x: Form, y: Form, a: int, b: int, c: int) -> float:
+    """Return twice the area of a triangle, positive if it turns to the left."""
+    return float((x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a]))
 
 
 def _slabs(x: Form, y: Form, knots: Form) -> tuple[Form, Form, Form]:

@@ -63,8 +63,7 @@ def argument_error(names: Sequence[str], states: int, arguments: tuple[Any, ...]
             f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}{hint}"
         )
     kinds = ", ".join(f"{n}: {type(a).__name__}" for n, a in zip(names, arguments, strict=True))
-    state = f", and the state {states} of them" if states else ""
-    return ArgumentError(f"each input must be a real number{state}; got {kinds}; kernel.batch takes arrays")
+    return ArgumentError(f"each input must be a real number; got {kinds}; kernel.batch takes arrays")
 
 
 def input_number(name: str, value: object) -> float:

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from pyarrow import parquet
 
 from dwmr import load, measure
 from tests.dwmr.process import here
@@ -132,6 +133,12 @@ class TestLoad:
     def test_names_the_formats_it_knows(self, tmp_path):
         with pytest.raises(ValueError, match="npz, csv, mat, parquet"):
             load(tmp_path / "run.xlsx")
+
+    def test_refuses_a_table_that_another_program_wrote(self, real, tmp_path):
+        table = parquet.read_table(real / "trajectory.parquet").replace_schema_metadata({"other": "{}"})
+        parquet.write_table(table, tmp_path / "run.parquet")
+        with pytest.raises(ValueError, match="does not hold the signals of runs: it has no metadata of dwmr"):
+            load(tmp_path / "run.parquet")
 
     def test_leaves_a_missing_file_to_the_operating_system(self, tmp_path):
         for name in FORMATS:

@@ -10,8 +10,8 @@ def acting(*rows):
     return np.array(list(rows), dtype=DISTURBANCE).view(np.recarray)
 
 
-SINUSOID = (3.0, 20.0, 2.0, 0.2, 0.05, 15.0, 5.0)
-CONSTANT = (10.0, 30.0, 0.0, 0.1, 0.01, 1.0, 2.0)
+SINUSOID = (3.0, 20.0, 2.0, 0.0, 0.2, 0.05, 15.0, 5.0)
+CONSTANT = (10.0, 30.0, 0.0, 0.0, 0.1, 0.01, 1.0, 2.0)
 
 
 class TestDisturbance:
@@ -25,6 +25,10 @@ class TestDisturbance:
     def test_with_a_frequency_is_a_sine_of_time(self):
         assert disturbance(5.0, acting(SINUSOID)).v == pytest.approx(0.2 * math.sin(10.0))
         assert disturbance(5.0, acting(SINUSOID)).torque == pytest.approx(5.0 * math.sin(10.0))
+
+    def test_with_a_phase_begins_elsewhere(self):
+        late = (*SINUSOID[:3], 1.25, *SINUSOID[4:])
+        assert disturbance(5.0, acting(late)).omega == pytest.approx(0.05 * math.sin(11.25))
 
     def test_adds_up(self):
         total = disturbance(15.0, acting(SINUSOID, CONSTANT))

@@ -83,7 +83,7 @@ class TestDerivative:
         assert rate(turning, t=100.0, load=load).omega == pytest.approx(rate(turning).omega / 1.5)
 
     def test_velocity_disturbances_move_it_and_force_disturbances_push_it(self):
-        acting = np.array([(0.0, 1.0, 0.0, 0.2, 0.05, 12.0, 1.38)], dtype=DISTURBANCE).view(np.recarray)
+        acting = np.array([(0.0, 1.0, 0.0, 0.0, 0.2, 0.05, 12.0, 1.38)], dtype=DISTURBANCE).view(np.recarray)
         r = rate(state(0, 0, 0, 0, 0, 0, 0), acting=acting)
         assert (r.x, r.y, r.theta) == pytest.approx((0.2, 0.1 * 0.05, 0.05))
         assert (r.v, r.omega) == pytest.approx((0.1, 0.1))

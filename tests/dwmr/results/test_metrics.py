@@ -72,6 +72,22 @@ class TestMeasure:
         # |d + x_e| = 1.3, 1.4, 1.4 against 0.7/0.3 − 1 = 1.333
         assert result["condition_violated"] == pytest.approx({"leader": 2 / 3, "follower1": 0.0, "follower2": 0.0})
 
+    def test_energy_is_the_work_of_both_wheels_with_braking(self):
+        forward, turn = np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
+        result = measure(by_hand(v=forward, omega=turn, torque_right=2.0, torque_left=-1.0), SCENARIO)
+        leader = SCENARIO.robots["leader"]
+        # N m times m/s over the radius, for 10 ms
+        assert result["energy"]["leader"] == pytest.approx(3.0 / leader.wheel_radius * 0.01)
+        assert result["energy"]["follower1"] == pytest.approx(3.0 * leader.half_track / leader.wheel_radius * 0.01)
+        assert result["energy"]["follower2"] == 0.0
+
+    def test_amplification_is_the_error_over_that_of_the_leader(self):
+        result = measure(by_hand(x_e=[3.0, 0, 6.0], y_e=[4.0, 5.0, 8.0]), SCENARIO)
+        assert result["amplification"] == pytest.approx({"follower1": 1.0, "follower2": 2.0})
+        assert measure(by_hand(x_e=[0, 1.0, 1.0]), SCENARIO)["amplification"] == dict.fromkeys(
+            ("follower1", "follower2")
+        )
+
     def test_says_how_long_limits_and_avoidance_last(self):
         v_c = np.array([[2.1], [-2.1], [0.0]]) * [1, 0, 0]
         obstacle = np.array([[-1], [0], [2]]) * [1, 0, 0] + [0, -1, -1]
@@ -124,6 +140,6 @@ def test_only_the_measures_wanted_are_computed(run_with_limits):
     whole = measure(trajectory, file.scenario)
     without_law = dataclasses.replace(trajectory, law_values=None, law_signals=())  # Lyapunov functions need these
     found = measure(without_law, file.scenario, ("centre_distance", "obstacles_hit"))
-    ending = {"steps", "t_end", "stopped", "wall_s"}
+    ending = {"steps", "record_every", "t_end", "stopped", "wall_s"}
     assert set(found) == {"centre_distance", "obstacles_hit"} | ending
     assert found == {name: whole[name] for name in found}

@@ -117,7 +117,16 @@ def test_a_fault_of_the_law_ends_the_run_with_zeros(node, formation):
     assert (formation.has_ended, formation.failed) == (True, True)
     assert len(node.published["a/cmd_vel"]) == 5
     assert last(node) == [(0.0, 0.0)] * 2
-    assert node.logged == [("error", "robots stopped: robot b at t = 0.400 s: it fell over")]
+    assert node.logged[-1] == ("error", "robots stopped: robot b at t = 0.400 s: it fell over")
+
+
+def test_a_stamp_that_two_periods_see_is_reported_once_for_each_robot(node, formation):
+    for now in (0.0, 0.1, 0.2, 0.3):
+        node.now = now
+        hear(node, b=odometry(0.0, 0, 0, 0))
+        formation.tick()
+    repeat = "two control periods of 0.1 s see one stamp of b/odom: publish it as often, or raise run.dt"
+    assert node.logged == [("warning", repeat)]
 
 
 def test_a_period_that_comes_late_is_reported_once(node, formation, commands):

@@ -30,6 +30,8 @@ REFUSED = {
         "robots.follower1.avoids_obstacles = true, but follower1 follows leader: only a robot on the reference avoids",
     "disturbances.1.angular_frequency=2.0":
         "disturbances.1: angular_frequency has no effect on a constant disturbance; leave it out",
+    "disturbances.1.phase=1.0": "disturbances.1: phase has no effect on a constant disturbance; leave it out",
+    "disturbances.0.phase=6.3": "disturbances.0.phase must be <= 2π rad, got 6.3",
     "run.controller=pid": "run.controller names an unknown controller 'pid'",
     "run.horizon=90000": "run.horizon = 90000 s",
     'obstacles=[{x=8,y=-4,radius=0.5,velocity=[1,1],path=[[1,1,1]]}]': "obstacles.0: give velocity or path, not both",

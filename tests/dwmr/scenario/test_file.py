@@ -6,8 +6,8 @@ import os
 import pytest
 
 from dwmr import find, read, simulate
-from dwmr.scenario.file import UnknownScenarioError
 from fuzzyctl import ArgumentError, DiagnosticError
+from fuzzyctl.experiments.scenario_layers import UnknownScenarioError
 from tests.dwmr import scenarios
 from tests.dwmr.process import here
 from tests.dwmr.scenarios import PAPER, mistakes, warned

@@ -27,6 +27,7 @@ REFUSED = [
     ([safety(), "obstacles.0.x=-3.2", "obstacles.0.y=4.2"],
      "robots.follower1 starts too close to obstacles.0 for [safety]"),
     ([safety(), "obstacles.0.x=-3.4", "obstacles.0.y=3.1"], "robots.follower1 starts inside obstacles.0: "),
+    ([safety(), "run.record_every=2"], "run.record_every = 2: the measures of [safety] need every control period"),
     ([safety(), "robots.leader.noise.y=0.2"],
      "robots.leader.noise moves its guarded point by up to 0.8 m: [safety] would keep "),
 ]  # fmt: skip

@@ -77,6 +77,20 @@ class TestMechanics:
         assert (state[:, 2] > 0.5).all()
         assert state[:, 4] == pytest.approx(2.0 * 2.0 * 0.268 / 0.13 / 13.8, rel=0.1)
 
+    def test_count_whole_turns(self):
+        state = Driven("robot.friction.coulomb_force=0").drive(4.0, -4.0, 1000)
+        assert (state[:, 2] > 2.0 * math.pi).all()
+
+    def test_friction_takes_its_force_from_the_motion(self):
+        force, mass = 2.0 * 4.0 / 0.13, 123.0
+        for own, speed in (
+            ("viscous_force=60", force / 60.0 * (1.0 - math.exp(-60.0 / mass))),
+            ("coulomb_force=30", (force - 30.0) / mass),
+        ):
+            others = [key for key in NO_FRICTION if own.split("=")[0] not in key]
+            state = Driven(*others, "robot.actuator.lag=0.001", f"robot.friction.{own}").drive(4.0, 4.0, 200)
+            assert state[:, 3] == pytest.approx(speed, rel=0.03)
+
     def test_torques_follow_with_the_lag_of_the_drives_and_within_their_limit(self):
         lag, limit = 0.02, 34.0
         assert Driven().drive(10.0, -10.0, 4)[0, 5:] == pytest.approx(

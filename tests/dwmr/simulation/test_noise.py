@@ -21,7 +21,7 @@ def run(law, *overrides):
 
 class TestSource:
     def test_has_the_given_deviations(self):
-        drawn = noise_source(read(PAPER, ALL).scenario)(20_000)
+        drawn = noise_source(read(PAPER, ALL).scenario)(20_000)[:, :, :5]
         assert drawn.std(axis=0) == pytest.approx(np.tile([0.01, 0.02, 0.005, 0.03, 0.04], (3, 1)), rel=0.03)
         assert np.abs(drawn.mean(axis=0) / drawn.std(axis=0)).max() < 0.03
 
@@ -43,11 +43,11 @@ class TestSource:
 
     def test_another_seed_gives_other_numbers(self):
         first, second = (noise_source(read(PAPER, [*ALL, f"run.seed={k}"]).scenario)(10) for k in (0, 1))
-        assert not np.isclose(first, second).any()
+        assert not np.isclose(first, second)[..., :5].any()
 
     def test_is_empty_without_deviations(self):
         for overrides in ([], ["robot.noise.x=0.0"]):
-            assert noise_source(read(PAPER, overrides).scenario)(10).shape == (0, 3, 5)
+            assert noise_source(read(PAPER, overrides).scenario)(10).shape == (0, 3, 6)
 
 
 class TestRun:

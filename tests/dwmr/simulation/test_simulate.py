@@ -6,11 +6,12 @@ import sys
 import numpy as np
 import pytest
 
+from dwmr import measure, read
 from dwmr.control.formation import follower_auxiliary_rate
 from dwmr.core.jit import COMPILED
 from dwmr.simulation import simulate
 from tests.dwmr.process import LONG
-from tests.dwmr.scenarios import DIVERGES, PAPER, edited_rules, run
+from tests.dwmr.scenarios import DIVERGES, PAPER, diagnostics, edited_rules, run
 
 
 class TestRun:
@@ -28,6 +29,30 @@ class TestRun:
         pieces = run("paper", "aifqsmc", "run.horizon=1")
         assert np.array_equal(whole.values, pieces.values)
         assert np.array_equal(whole.law_values, pieces.law_values)
+
+    @pytest.mark.parametrize(("every", "horizon"), [(4, 1.0), (7, 1.0), (500, 0.5)])
+    def test_a_thinned_record_has_every_nth_sample_and_the_last(self, run_paper, every, horizon):
+        _, whole = run_paper("aifqsmc", f"run.horizon={horizon}")
+        samples = sorted({*range(0, len(whole.t), every), len(whole.t) - 1})
+        thin = run("paper", "aifqsmc", f"run.horizon={horizon}", f"run.record_every={every}")
+        assert thin.t.tolist() == whole.t[samples].tolist()
+        assert np.array_equal(thin.values, whole.values[samples])
+        assert np.array_equal(thin.law_values, whole.law_values[samples])
+
+    def test_a_thinned_record_ends_with_the_sample_at_which_the_run_stops(self):
+        whole, thin = (run("paper", "smc", "run.horizon=5", *DIVERGES, f"run.record_every={every}") for every in (1, 7))
+        assert thin.stop == whole.stop
+        assert len(whole.t) % 7 != 1
+        assert thin.t[-2:].tolist() == [whole.t[len(whole.t) // 7 * 7], whole.t[-1]]
+        assert np.array_equal(thin.values[-1], whole.values[-1], equal_nan=True)
+
+    def test_a_record_that_would_be_too_large_is_thinned(self, monkeypatch):
+        monkeypatch.setattr("dwmr.simulation.periods.LARGEST_RECORD", 201 * 8 * 3 * (20 + 14) // 5)
+        thin = run("paper", "aifqsmc", "run.horizon=1")
+        assert (thin.every, len(thin.t)) == (6, 35)
+        measures = measure(thin, read(PAPER).scenario)
+        assert (measures["steps"], measures["record_every"]) == (200, 6)
+        assert len(run("paper", "aifqsmc", "run.horizon=1", "run.record_every=1").t) == 201
 
     def test_does_not_depend_on_the_order_of_the_robots(self, tmp_path, run_paper):
         head, leader, rest = PAPER.read_text(encoding="utf-8").partition("[robots.leader]")
@@ -168,3 +193,71 @@ def test_only_the_named_robots_feel_a_disturbance(run_paper):
     _, trajectory = run_paper("smc", "run.horizon=6", 'disturbances.0.robots=["follower2"]')
     assert not trajectory["d_v"][:, :2].any()
     assert trajectory["d_v"][:, 2].any()
+
+
+class TestPeriod:
+    @pytest.mark.parametrize(
+        ("name", "override", "message"),
+        [
+            ("paper", "run.dt=0.01", "-1.161 has the magnitude 1.161 > 1"),
+            ("paper-with-limits", "run.dt=0.0125", "0.3337 ± 0.997i has the magnitude 1.052 > 1"),
+        ],
+    )  # fmt: skip
+    def test_a_period_at_which_the_velocity_loop_grows_is_refused(self, name, override, message):
+        (one,) = diagnostics(run, name, "aifqsmc", "run.horizon=1", override)
+        start = f"{override.replace('=', ' = ')} s: the velocity loop of robots.leader in v is unstable, "
+        assert one.message == f"{start}its eigenvalue {message}"
+        assert one.help.startswith("shorten run.dt")
+
+    def test_at_the_edge_the_eigenvalue_agrees_with_the_run(self):
+        # 0.99997 at 10 ms, 1.03 at 10.1 ms
+        quiet = run("undisturbed", "aifqsmc", "run.horizon=8", "run.substeps=16", "run.dt=0.01")
+        assert np.abs(np.diff(quiet["v"][-100:, 0])).max() < 0.01
+        (one,) = diagnostics(run, "undisturbed", "aifqsmc", "run.horizon=1", "run.substeps=16", "run.dt=0.0101")
+        assert "has the magnitude 1.03" in one.message
+
+
+def known_errors(trajectory, shift):
+    """Return x_e of follower1 with the leader's state of some periods before, shape (samples - shift,) [m]."""
+    scenario = read(PAPER).scenario
+    place, behind = scenario.robots["follower1"].formation, scenario.robots["leader"].d
+    x_i, y_i, theta_i = (trajectory[name][: len(trajectory.t) - shift, 0] for name in ("x", "y", "theta"))
+    x, y, theta = (trajectory[name][shift:, 1] for name in ("x", "y", "theta"))
+    x_e = x_i - behind * np.cos(theta_i) + place.separation * np.cos(theta_i + place.bearing) - x
+    y_e = y_i - behind * np.sin(theta_i) + place.separation * np.sin(theta_i + place.bearing) - y
+    return np.cos(theta) * x_e + np.sin(theta) * y_e
+
+
+class TestCommunication:
+    def test_a_follower_knows_the_state_of_its_leader_a_delay_before(self, run_paper):
+        late = run("paper", "smc", "run.horizon=3", "communication.delay=0.1")
+        # σ*_v = -λ_1² x_e
+        assert late["sigma_v"][20:, 1] == pytest.approx(-0.25 * known_errors(late, 20), abs=1e-12)
+        assert late["sigma_v"][:20, 0].tolist() == run_paper("smc", "run.horizon=3")[1]["sigma_v"][:20, 0].tolist()
+        assert late["x_e"][:, 1] == pytest.approx(known_errors(late, 0), abs=1e-12)
+
+    def test_a_lost_message_leaves_the_state_before(self):
+        lossy, again, other = (run("paper", "smc", "run.horizon=5", "communication.loss=0.6", s) for s in (
+            "run.seed=0", "run.seed=0", "run.seed=1"
+        ))  # fmt: skip
+        assert np.array_equal(lossy.values, again.values)
+        assert not np.array_equal(lossy.values, other.values)
+        known = -4.0 * lossy["sigma_v"][:, 1]
+        arrived = np.abs(known - known_errors(lossy, 0))[1:] < 1e-12
+        assert arrived.mean() == pytest.approx(0.4, abs=0.05)
+
+    @pytest.mark.parametrize(
+        ("override", "message"),
+        [
+            ("communication.loss=1.0", "communication.loss must be < 1"),
+            ("communication.delay=-0.1", "communication.delay must be >= 0"),
+            ("communication.dealy=0.1", "unknown key communication.dealy"),
+        ],
+    )
+    def test_impossible_values_are_refused(self, override, message):
+        (one,) = diagnostics(read, "paper", [override])
+        assert one.message.startswith(message)
+
+    def test_other_vehicles_are_refused(self):
+        (one,) = diagnostics(read, "omnidirectional", ["communication.delay=0.1"])
+        assert one.message.startswith("communication is for robots with two driven wheels")

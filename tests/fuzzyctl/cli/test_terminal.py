@@ -33,7 +33,7 @@ def read(master, found):
 def shown(monkeypatch, tmp_path):
     """Return a function that runs a command with a stream on a terminal of some columns; it returns what is shown."""
 
-    def run(words, stream="stdout", text="", columns=80):
+    def run(words, stream="stdout", text="", columns=80, program=main):
         (tmp_path / "stdin").write_text(text, encoding="utf-8")
         found, (master, slave) = [], pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
@@ -49,7 +49,7 @@ def shown(monkeypatch, tmp_path):
             for name in ("stdout", "stderr"):
                 patch.setattr(sys, name, terminal if name == stream else other)
             with pytest.raises(SystemExit):
-                main([str(word) for word in words], prog_name="fuzzyctl")
+                program([str(word) for word in words], prog_name="fuzzyctl")
         reader.join()
         os.close(master)
         return b"".join(found).decode().replace("\r\n", "\n")
@@ -157,3 +157,25 @@ class TestProgress:
         found = shown(["prove", "-"], stream, self.CLAIM)
         is_shown = re.search(r"y <= x \+ 0\.2: \d+ boxes settled, \d+ open", found) is not None
         assert is_shown == (patience == 0.0 and stream == "stderr")
+
+    def test_runs_have_a_bar_with_a_remark_until_it_moves(self, shown, monkeypatch, tmp_path):
+        monkeypatch.setenv("TERM", "xterm")
+        (tmp_path / "a.fz").write_text(
+            "plant p\ninput u\nparam T = 1\nstate x = 0\nder x = (u - x) / T\noutput y = x\n"
+            "loop a\nblock p = p(1)\nmeasure end = final(p.y)\nrun 1 s step 0.1 s\n",
+            encoding="utf-8",
+        )
+        (tmp_path / "spec.toml").write_text('scenario = "a.fz"\n[grid]\n"p.T" = [1.0, 2.0]\n', encoding="utf-8")
+        words = ["sweep", tmp_path / "spec.toml", "-o", tmp_path / "out", "--jobs", 1]
+        assert "compiling" not in shown(words, "stdout")
+        (tmp_path / "out" / "results.csv").unlink()
+        found = shown(words, "stderr", columns=120)
+        assert "2 runs (compiling at the first run)" in found
+        assert re.search(r"2 runs .*100 %.* left", found)
+
+    def test_stages_take_each_others_place(self, shown, monkeypatch, tmp_path):
+        monkeypatch.setenv("TERM", "xterm")
+        words = ["run", "paper", "--controller", "smc", "--set", "run.horizon=0.5", "-o", tmp_path / "out"]
+        found = shown(words, "stderr", program=dwmr)
+        assert found.index("reading") < found.index("measuring") < found.index("writing")
+        assert "reading" not in found[found.index("measuring") :]

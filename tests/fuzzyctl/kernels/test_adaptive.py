@@ -95,6 +95,10 @@ if x is p then u is p
             kernel("0.1", np.zeros(7))
         with pytest.raises(ArgumentError, match="does not fit"):
             kernel.batch([[0.1]] * 3, np.zeros((2, 7)))
+        with pytest.raises(ArgumentError, match=r"the state must have the shape \(7,\), got \(2, 7\)"):
+            kernel.run([0.1, 0.2], np.zeros((2, 7)))
+        with pytest.raises(ArgumentError, match=r"the state must have the shape \(7,\), got \(1, 7\)"):
+            kernel(0.1, np.zeros((1, 7)))
 
 
 def test_systems_without_adaptive_outputs_have_no_rates(ais):

@@ -97,8 +97,19 @@ def test_an_array_in_the_place_of_all_inputs_has_a_hint():
 def test_shapes_and_states_that_do_not_fit_are_refused(backend):
     with pytest.raises(ArgumentError, match=r"shape \(..., 2\) for a, b, got \(3,\)"):
         KERNELS[backend].batch(np.zeros(3))
-    with pytest.raises(ArgumentError, match="no state"):
-        KERNELS[backend].batch(np.zeros(2), np.zeros(7))
+    for state in (np.zeros(7), [[1.0]]):
+        with pytest.raises(ArgumentError, match=r"no state: .*, so it takes none"):
+            KERNELS[backend].batch(np.zeros(2), state)
+    with pytest.raises(ArgumentError, match="a system has no time, so that 'dt' is not given"):
+        KERNELS[backend].batch(np.zeros(2), dt=0.1)
+    with pytest.raises(ArgumentError, match=r"shape \(n, 2\) for a, b, got \(2,\)"):
+        KERNELS[backend].run(np.zeros(2))
+
+
+@EACH
+def test_arrays_of_texts_are_refused_with_the_types_of_all_arguments(backend):
+    with pytest.raises(ArgumentError, match="real number; got a: ndarray, b: float; "):
+        KERNELS[backend](np.array("x"), 0.5)
 
 
 def test_what_can_be_compiled_is_said():

@@ -94,6 +94,12 @@ def test_the_peak_of_a_terms_line_moves_the_feet_beside_it():
     assert [degrees[t][0] for t in "NZP"] == [0.25, 0.5, 0.0]
 
 
+def test_equal_numbers_that_are_typed_apart_stay_apart():
+    vertical = loads(TEXT.replace("terms N Z P\n", "N = ramp(0, -1)\n  Z = triangle(0, 0, 1)\n  P = ramp(0, 1)\n"))
+    kernel = compile_system(vertical, "python", free=["e.Z.left"])
+    assert kernel.degrees([[-0.25, 0], [0.25, 0]], [-0.5])["e"]["Z"].tolist() == [0.5, 0.75]
+
+
 @pytest.mark.parametrize(
     ("names", "error", "message"),
     [

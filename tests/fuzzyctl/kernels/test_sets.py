@@ -11,7 +11,7 @@ import fuzzyctl
 from fuzzyctl import Refuted, loads
 from tests import sizes
 from tests.effort import at_most_calls
-from tests.fuzzyctl.kernels.joined import LOWER, UPPER, build, evaluated, parsed
+from tests.fuzzyctl.kernels.joined import LOWER, UPPER, WIDTH, build, evaluated, parsed
 from tests.properties.running import quick
 from tests.reference.formulas import FLOAT, corners, degree, norm
 from tests.reference.sets import Straight
@@ -226,6 +226,22 @@ def test_centroids_of_many_corners_are_those_of_rational_arithmetic(aggregation)
         shapes = [(corners(*parsed(t)), a) for t, a in zip(terms, activations, strict=True)]
         expected = float(Straight(shapes, "min", aggregation, LOWER, UPPER).centroid())
         assert evaluated(system, activations, off=1e-11) == pytest.approx(expected, rel=1e-11)
+
+
+@pytest.mark.parametrize("activations", [(0.3, 0.9, 0.2), (0.7, 0.6, 1.0)])
+def test_centroids_over_a_partition_are_those_of_rational_arithmetic(activations):
+    terms = ["triangle(-5, -2, 1)", "triangle(-2, 1, 4)", "triangle(1, 4, 7)"]
+    shapes = [(corners(*parsed(t)), a) for t, a in zip(terms, activations, strict=True)]
+    expected = float(Straight(shapes, "min", "max", LOWER, UPPER).centroid())
+    assert evaluated(build(terms, "min", "max", "centroid"), activations) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("activations", [(0.3, 0.9), (0.7, 0.4)])
+def test_a_bisector_of_many_samples_is_next_to_the_exact_one(activations):
+    terms = ["triangle(-2, 0, 2)", "triangle(0, 2, 5)"]
+    exact = evaluated(build(terms, "min", "max", "bisector"), activations)
+    sampled = evaluated(build(terms, "min", "max", "bisector(resolution=801)"), activations)
+    assert sampled == pytest.approx(exact, abs=WIDTH / 800)
 
 
 @pytest.mark.parametrize("defuzzifier", ["bisector", "centroid"])

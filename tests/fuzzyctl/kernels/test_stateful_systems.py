@@ -129,3 +129,7 @@ class TestHolding:
     def test_a_value_that_is_held_is_no_algebraic_loop(self):
         text = HOLDING + "controller c\ninput x\nlet p = pump(x + previous(on))\noutput on = p.on\nevery 1 s\n"
         assert fuzzyctl.compile(controller(text)[0], "python").run([1.0, 4.5])[0].tolist() == [1.0, 1.0]
+
+    def test_without_a_period_it_needs_no_time(self):
+        law, _ = controller(HOLDING + "controller c\ninput x\nlet p = pump(x)\noutput on = p.on\n")
+        assert fuzzyctl.compile(law, "python").run([0.5, 5.0, 9.0, 5.0])[0].tolist() == [1.0, 1.0, 0.0, 0.0]

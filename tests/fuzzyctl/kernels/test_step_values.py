@@ -153,6 +153,12 @@ def test_a_param_that_is_written_once_for_all_blocks_is_one_number(backend):
     assert step.run(INPUTS, step.start(K=3))[0] == pytest.approx(expected, abs=1e-12)
 
 
+def test_a_number_that_a_system_with_a_state_reads_cannot_be_free():
+    text = WRITTEN_ONCE.replace("rate x", "rate K * x")
+    with pytest.raises(ArgumentError, match=r"'other\.K' cannot be free: the system has a state"):
+        fuzzyctl.compile(controller(text), "python", free=["K"])
+
+
 CONDITIONS = """
 controller law
 input r

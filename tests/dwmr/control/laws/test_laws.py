@@ -17,6 +17,8 @@ from tests.dwmr.process import here
 from tests.dwmr.scenarios import diagnostics, edited, measured, run, shared
 from tests.shipped import rules_folder
 
+#: Laws of the literature that the scenario has no gains for.
+BASELINES = ("backstepping", "kanayama", "super_twisting")
 SLOPES = (0.5, 0.3, 0.7)
 DT = 0.005
 #: The reference point ahead of the wheel axis [m].
@@ -93,7 +95,8 @@ class TestSurface:
 class TestNames:
     def test_are_those_of_the_shipped_texts_and_their_ablations(self):
         parts = tuple(f"aifqsmc_without_{part}" for part in ("adaptation", "immunity", "layer"))
-        names = ("ackermann", "aifqsmc", *parts, "fcafsmc", "omnidirectional", "smc")
+        names = ("ackermann", "aifqsmc", *parts, "backstepping", "fcafsmc", "kanayama", "omnidirectional", "smc")
+        names = (*names, "super_twisting")
         said = " ".join(here("run", "paper", "--controller", "pid", status=2).stderr.split())
         assert f"'pid' is not one of {', '.join(map(repr, (*names, 'all', 'ablations')))}, and there is no" in said
 
@@ -104,6 +107,41 @@ class TestNames:
         for name, slope in (("aifqsmc_without_layer", 1.0), ("aifqsmc_without_adaptation", 0.5)):
             found = run("paper-with-limits", name, "run.horizon=0.01", *overrides)
             assert found["sigma_v"][0] == pytest.approx(-(slope**2) * found["x_e"][0])
+
+
+class TestBaselines:
+    @given(small, small, small, st.floats(0.0, 2.0), small)
+    def test_kanayama_and_backstepping_are_their_equations(self, x_e, y_e, theta, v_r, omega_r):
+        errors = {"x_e": x_e, "y_e": y_e, "theta_e": theta, "v_r": v_r, "omega_r": omega_r}
+        wanted = [v_r * np.cos(theta) + 1.5 * x_e, omega_r + v_r * (2.5 * y_e + 3.0 * np.sin(theta))]
+        for name, gains in (("kanayama", ("k_x", "k_y", "k_theta")), ("backstepping", ("k_1", "k_2", "k_3"))):
+            law = compiled(name, **dict(zip(gains, (1.5, 2.5, 3.0), strict=True)))
+            values, _ = law(*(errors[n] for n in law.input_names), np.array(law.start()), dt=DT)
+            outputs = dict(zip(law.output_names, values, strict=True))
+            assert [outputs["v_c"], outputs["omega_c"]] == pytest.approx(wanted)
+
+    def test_backstepping_leads_its_command_by_the_time_constant_of_the_inner_loop(self):
+        law, state = compiled("backstepping", k_4=20.0), None
+        for x_e in (0.1, 0.2):
+            values, state = law(x_e, 0.0, 0.0, 0.5, 0.0, np.array(law.start()) if state is None else state, dt=DT)
+        outputs = dict(zip(law.output_names, values, strict=True))
+        assert outputs["v_c"] - outputs["v_f"] == pytest.approx(0.1 / DT / 20.0)
+
+    def test_super_twisting_takes_a_root_and_an_integral_from_the_equivalent_control(self):
+        sigma, equivalent = expected(y_e=0.4)
+        bench = Bench("super_twisting", k_1_v=0.3, k_1_omega=0.4, k_2_v=2.0, k_2_omega=3.0, w_max=0.02).step(y_e=0.4)
+        assert commands(bench) == pytest.approx(equivalent - [0.3, 0.4] * np.sqrt(abs(sigma)) * np.sign(sigma))
+        bench.step(y_e=0.4)
+        assert channels(bench, "integral") == pytest.approx([0.01, 0.015] * np.sign(sigma))
+        for _ in range(5):
+            bench.step(y_e=0.4)
+        assert channels(bench, "integral") == pytest.approx(0.02 * np.sign(sigma))
+
+    @pytest.mark.parametrize("law", BASELINES)
+    def test_runs_in_the_scenario_of_the_paper(self, law):
+        end = run("paper", law, "run.horizon=30")
+        assert end.stop is None
+        assert np.hypot(end["x_e"], end["y_e"])[-1, 1:].max() < 0.6
 
 
 class TestSmc:
@@ -243,7 +281,7 @@ class TestEditedText:
         assert one.help == "did you mean 'epsilom_v'?"
 
 
-@pytest.mark.parametrize("name", ["ackermann", "aifqsmc", "fcafsmc_law", "omnidirectional", "smc"])
+@pytest.mark.parametrize("name", ["ackermann", "aifqsmc", *BASELINES, "fcafsmc_law", "omnidirectional", "smc"])
 def test_a_step_depends_on_its_arguments_alone(name):
     law = compiled(name)
     arguments, state = np.linspace(0.1, 0.5, len(law.input_names)), np.array(law.start())

@@ -95,7 +95,37 @@ MUTANTS = {
     "the last step of a claim is missed": (
         "prover", "last = min(end + sample_times(self.loop)[0],", "last = min(end,", "prover"),
     "states may leave their ranges": (
-        "prover", "np.broadcast_to(~_within(state, low, high), count)", "np.zeros(count, bool)", "prover"),
+        "prover", "outside = ~_within(state, low, high)", "outside = np.zeros(1, bool)", "prover"),
+    "an input acts as in the mean of a period": (
+        "stability",
+        "return _series(a, as_form(forms.scaled(b, length)), length, 2)",
+        "return _product(_series(a, np.eye(len(a))[..., None] * [length, 0.0], length, 2), b)",
+        "stability"),
+    "a series ends": (
+        "stability", "rest[..., 1] += 2.0 * last", "rest[..., 1] += 0.0 * last", "stability"),
+    "vertices have no width": (
+        "stability", "spread = exact @ slopes[..., 1]", "spread = 0.0 * exact @ slopes[..., 1]", "stability"),
+    "a bound is what is proposed": (
+        "stability",
+        "return float(q) + apart + 1e-15 if is_positive_definite(",
+        "return float(q) * 0.99 + apart if is_positive_definite(",
+        "stability"),
+    "a ball may leave the range of a state": (
+        "stability", "if not (state.holds(low) and state.holds(high)):", "if False:", "stability"),
+    "a bend has one slope": (
+        "slopes", "return np.concatenate([_row(*first), _row(*second)])", "return _row(*first)", "stability"),
+    "the narrowest cells do not count": (
+        "surfaces", "(np.append(k, np.inf) >= low)", "(np.append(k, np.inf) >= low + 2e-7)", "stability"),
+    "weights are those of the first rules": (
+        "slopes", "mean = parts.mean(0)", "mean = parts[0].copy()", "stability"),
+    "a limit is reached less than it is": (
+        "slopes", "share = min(share * (1.0 + 1e-12), 1.0)", "share = min(share * 0.9, 1.0)", "stability"),
+    "a sine is steeper than its chord": (
+        "slopes", "math.sin(most) / most * (1.0 - 1e-12)", "math.sin(most) / most * 1.05", "stability"),
+    "a sector ends at the ends of a range": (
+        "surfaces", "[low, *k[(k > low) & (k < high)], high]", "[low, high]", "stability"),
+    "a ball stays, wherever its centre moves": (
+        "stability", "needed = drift / (limit - rate)", "needed = 0.0 * drift / (limit - rate)", "stability"),
 }  # fmt: skip
 
 

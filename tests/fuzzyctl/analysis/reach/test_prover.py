@@ -151,6 +151,35 @@ def test_convergence_is_proved_only_of_what_converges_at_a_rate(plant, true):
     assert proofs(loop, 1.0 + true) == [true]
 
 
+DELAYED = """
+controller law
+input y
+output u = -{} * y
+every 100 ms
+plant p
+input u
+state x = 1
+der x = delay(u, 200 ms, start=0.25)
+output y = x
+loop l
+block law = law(p.y)
+block p = p(law.u)
+for p.x in [-1, 1]
+run 2 s
+"""
+
+
+def test_a_dead_time_is_kept_sample_by_sample():
+    loop = loop_of(DELAYED.format(3))
+    runs = [Experiment(with_settings(loop, m), "python").run(substeps=4) for m in members(loop, 8)]
+    largest = max(float(np.max(run["p.x"])) for run in runs)
+    claims = [f"require always p.x <= {largest + d!r}" for d in (-1e-6, 1e-2)]
+    assert proofs(loop_of(DELAYED.format(3), *claims, "require stable")) == [False, True, True]
+    assert proofs(loop_of(DELAYED.format(8), "require stable"), 0.5) == [False]  # it swings up
+    continuous = DELAYED.format(3).replace("delay(u, 200 ms, start=0.25)", "u - delay(x, 200 ms)")
+    assert proofs(loop_of(continuous, "require stable")) == [False]
+
+
 #: Claims for which one box suffices, and a box must be cut, of loops with a fast and a slow rate, and with a curve.
 TUBES = {
     "tank": ["require always tank.h <= 10"],

@@ -1,1 +1,0 @@
-"""Calibration: fit of unpublished values to the paper's Table 12."""
