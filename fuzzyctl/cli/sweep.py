@@ -168,7 +168,7 @@ def _met(rows: Sequence[Row]) -> str:
 
 
 def worst(plan: Plan[Any], spec: Spec, outcomes: Mapping[int, Outcome]) -> Iterator[dict[str, Any]]:
-    """Yield the worst run for each measure of each loop, then the first that breaks each claim, as plain data.
+    """Yield the worst run of each measure, the first stopped one, the first that breaks each claim.
 
     The smallest value of a measure is the worst if a claim asks for a large one, else the largest; no value is worse.
 
@@ -177,6 +177,8 @@ def worst(plan: Plan[Any], spec: Spec, outcomes: Mapping[int, Outcome]) -> Itera
         spec: The SPEC.
         outcomes: The results, by number.
     """
+    from fuzzyctl.simulation.members import STOPPED
+
     for label in dict.fromkeys(run.controller for run in plan.runs):
         runs = [run for run in plan.runs if run.controller == label]
         rows = {run.number: outcomes[run.number].row for run in runs}
@@ -186,8 +188,12 @@ def worst(plan: Plan[Any], spec: Spec, outcomes: Mapping[int, Outcome]) -> Itera
             if values:
                 run = max(runs, key=lambda r: values.get(r.number, -math.inf))
                 yield {"loop": label, "measure": name, "value": rows[run.number][name], **_replay(run, plan)}
+        stopped = [run for run in runs if rows[run.number].get("stopped")]
+        ended = [run for run in runs if not rows[run.number].get("stopped")]
+        if stopped:
+            yield {"loop": label, "claim": STOPPED, "broken_by": len(stopped), **_replay(stopped[0], plan)}
         for claim in (name for name in rows[runs[0].number] if name.startswith(REQUIRE)):
-            broken = [run for run in runs if not rows[run.number][claim]]
+            broken = [run for run in ended if not rows[run.number][claim]]
             if broken:
                 yield {"loop": label, "claim": claim, "broken_by": len(broken), **_replay(broken[0], plan)}
 
@@ -199,6 +205,8 @@ def _replay(run: SweepRun, plan: Plan[Any]) -> dict[str, Any]:
 
 
 def _worst_text(plan: Plan[Any], spec: Spec, outcomes: Mapping[int, Outcome]) -> Iterator[str]:
+    from fuzzyctl.simulation.members import STOPPED
+
     if spec.draws == 1:
         return
     several = len({run.controller for run in plan.runs}) > 1
@@ -212,4 +220,5 @@ def _worst_text(plan: Plan[Any], spec: Spec, outcomes: Mapping[int, Outcome]) ->
         else:
             count = sum(run.controller == one["loop"] for run in plan.runs)
             first = f"first by run {one['run']}: {one['replay']}"
-            yield f"{head}{one['claim']}: broken by {one['broken_by']} of {count}, {first}"
+            how = "" if one["claim"] == STOPPED else "broken by "
+            yield f"{head}{one['claim']}: {how}{one['broken_by']} of {count}, {first}"

@@ -19,6 +19,8 @@ _APART: Final = frozenset(
     {"in", "and", "or", "not", "if", "is", "unless", "else", "then", "otherwise", "when", "within", "rate", "weight"}
     | {"require", "always", "from", "until"}
 )
+#: Those that follow an operand: in place of one they are names.
+_CLAUSES: Final = frozenset({"from", "rate", "until", "weight", "when", "within"})
 _BINARY: Final = frozenset({"+", "-", "*", "/", "<=", ">=", "==", "!=", "<", ">", "="})
 _SETTINGS: Final = frozenset({"and", "or", "implication", "aggregation", "activation", "defuzzifier", "semantics"})
 _INDENT: Final = "  "
@@ -119,6 +121,9 @@ def _code(line: LogicalLine, text: str) -> str:
         # Only the first equals sign has blanks around it; the others name arguments of calls.
         at = pieces.index("=")
         return f"{_spaced(pieces[:at], tight='')} = {_spaced(pieces[at + 1 :], tight='=')}"
+    if re.match(r"require\s+always\s+[-+]\s", text):
+        # A subtraction from a measure with the name "always".
+        return f"{pieces[0]} {pieces[1]} {pieces[2]} {_spaced(pieces[3:], tight='')}"
     return _spaced(pieces, tight="")
 
 
@@ -197,7 +202,8 @@ def _spaced(pieces: Sequence[str], *, tight: str) -> str:
         glue = "" if not out or unary else _glue(before, token, tight)
         unary = token in "+-" and _begins_operand(before, tight)
         out.append(glue + token)
-        before = token
+        is_operand = token in _CLAUSES and (before == "." or _begins_operand(before, tight))
+        before = "x" if is_operand else token
     return "".join(out)
 
 

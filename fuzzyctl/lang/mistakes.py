@@ -47,6 +47,9 @@ def repair(source: SourceText, line: LogicalLine, at: int) -> str:
         return "write 'within' once, and before 'when'"
     if line.word == "require" and line.in_block == "loop" and text.startswith("when", at):
         return "put the condition into the claim, such as: a <= 1 or b > 2"
+    if line.word == "require" and line.in_block == "loop":
+        word = re.fullmatch(r"\s*require\s+(\w+)\s+", text[line.start : at])
+        return "did you mean 'always'?" if word is not None and closest(word[1], ("always",)) else ""
     return ""
 
 
@@ -114,6 +117,9 @@ BLOCK_FORMS: Final[dict[str, str]] = {
     "for": "for BLOCK.STATE in [low, high], or for PARAM in [low, high]",
     "disturbance": 'disturbance NAME "label" in [low, high] unit "..." = VALUE',
 }
+
+#: The claims of loops.
+CLAIMS: Final = "require MEASURE <= NUMBER, require always CONDITION from 20 s until 50 s, or require stable"
 
 #: What to write in place of a statement of another block, by its word and the block that it is found in.
 _IN_PLACE: Final[dict[tuple[str, str], str]] = {
@@ -232,6 +238,7 @@ def form_of(line: LogicalLine) -> str:
     """Return how a line of its kind is written, as the repair of a broken one."""
     forms = BLOCK_FORMS if line.in_block else FORMS
     form = forms.get(line.word, "") if line.kind in ("statement", "block_statement") else _BELOW.get(line.kind, "")
+    form = CLAIMS if line.word == "require" and line.in_block == "loop" else form
     return f"the form is: {form}" if form else ""
 
 

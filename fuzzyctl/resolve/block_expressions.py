@@ -167,6 +167,10 @@ class Expressions(Names):
         """Report a call of an unknown name."""
         context = self.context
         is_lost = call.function in context.unread or call.function in context.broken
+        if call.function in context.broken and (call.function in self.own or call.function in OPERATORS):
+            message = f"'{call.function}' is a function of {self.kind}s, and a block has the same name"
+            context.report("FZ201", message, call.span, help="rename the block")
+            return
         if is_lost or not context.nameless.isdisjoint(CALLED):
             return
         other = self.elsewhere(call)

@@ -85,7 +85,8 @@ class Names:
                     if self._declared(name, f"a {keyword.text}"):
                         self.named[name.text] = s
                         self._declare_members(name.text, value)
-        self.lost = {name for name, s in self.named.items() if isinstance(s, sx.Equation) and self._is_lost(s.value)}
+        equations = ((name, s) for name, s in self.named.items() if isinstance(s, sx.Equation))
+        self.lost = {name for name, s in equations if self._is_lost(s)}
 
     def _declared(self, word: sx.Word, what: str) -> bool:
         if word.text in self.given or word.text in self.reserved or word.text in FUNCTIONS:
@@ -114,10 +115,13 @@ class Names:
             outputs = [f"{name}.{output}" for output in true_or_false(block)]
             self.context.conditions |= {o: ex.Compare(">", ex.Name(o), ex.ZERO) for o in outputs}
 
-    def _is_lost(self, value: ex.Expr) -> bool:
-        """Whether a value calls an unknown block, or one with mistakes."""
+    def _is_lost(self, s: sx.Equation) -> bool:
+        """Whether the value calls an unknown block, or one with mistakes; a `block` line may lack its call."""
+        value = s.value
         if not isinstance(value, ex.Call) or self.found(value.function) is not None:
-            return False
+            return s.keyword.text == "block" and not isinstance(value, ex.Call)
+        if s.keyword.text == "block":
+            return True
         return not any(
             value.function in names for names in (ex.FUNCTIONS, self.own, FUNCTIONS, OPERATORS, self.context.functions)
         )

@@ -169,7 +169,12 @@ class _Loop(Statements):
         if kind != "measure or param":
             return ""
         example = f"a measure makes a number of a signal, such as: maximum({name})"
-        return example if self.line == "measure" else f"{example}, in a 'measure' line"
+        if self.line == "measure":
+            return example
+        every = (
+            f"; a claim about every instant of it begins with 'require always {name}'" if self.line == "require" else ""
+        )
+        return f"{example}, in a 'measure' line{every}"
 
     @cached_property
     def _starts_and_params(self) -> dict[str, None]:
@@ -240,13 +245,26 @@ class _Loop(Statements):
         names = self._measures_and_params
         if isinstance(s, sx.Always):
             return self._always(s)
-        if isinstance(s.claim, ex.Name) and s.claim.name == _STABLE and _STABLE not in names:
+        is_stable = isinstance(s.claim, ex.Name) and s.claim.name == _STABLE and _STABLE not in names
+        part = s.when if s.within is None else s.within
+        if is_stable and part is not None:
+            message = "'require stable' takes no tolerance and no condition"
+            self.context.report("FZ214", message, ex.span_of(part), help="end the line after 'stable'")
+            return None
+        if is_stable:
             return Stable(claim=s.claim, span=s.span)
         if s.when is not None:
             help_text = "put the condition into the claim, such as: a <= 1 or b > 2"
             self.context.report(
                 "FZ214", "'when' belongs to systems and controllers", ex.span_of(s.when), help=help_text
             )
+            return None
+        if isinstance(s.claim, ex.Name) and s.claim.name not in names and s.claim.name not in self._instants:
+            if s.claim.name == "always":
+                help_text = "the form is: require always CONDITION from 20 s until 50 s"
+                self.context.report("FZ102", "'require always' lacks its condition", s.claim.span, help=help_text)
+            else:
+                self.context.unknown(f"a measure, a param nor '{_STABLE}'", s.claim, sorted({*names, _STABLE}))
             return None
         self.line = "require"
         fine = self.formula(s.claim, truth=True, names=names, kind="measure or param")

@@ -39,8 +39,9 @@ def mistakes(loop: Loop, params: ParamValues) -> Iterator[Diagnostic]:
         elif ends is not None and not faults:
             values = owners.get(item.name.partition(".")[0], params) if "." in item.name else params
             yield from _within(loop, item, ends, values)
+    duration = computed(loop.duration, params)
     for claim in loop.always:
-        yield from _times(claim, params)
+        yield from _times(claim, params, duration if isinstance(duration, float) else math.inf)
 
 
 def _range(item: Varied | Disturbance, ends: tuple[float, float] | None, params: ParamValues) -> Iterator[Diagnostic]:
@@ -108,8 +109,8 @@ def _holds(outer: Bounds, limits: tuple[float, float], inner: Bounds, ends: tupl
     return low and (outer.holds(ends[1], *limits) or (inner.without_upper and ends[1] == limits[1]))
 
 
-def _times(claim: Always, params: ParamValues) -> Iterator[Diagnostic]:
-    """Check the times of a claim about every instant."""
+def _times(claim: Always, params: ParamValues, duration: float) -> Iterator[Diagnostic]:
+    """Check the times of a claim about every instant of a run of a duration [s]."""
     values = [None if e is None else computed(e, params) for e in (claim.begin, claim.end)]
     yield from (v for v in values if isinstance(v, Diagnostic))
     begin, end = values
@@ -121,3 +122,12 @@ def _times(claim: Always, params: ParamValues) -> Iterator[Diagnostic]:
     if isinstance(begin, float) and isinstance(end, float) and begin > end and claim.end is not None:
         message = f"'until' is {end:g} s, before 'from', {begin:g} s"
         yield Diagnostic("FZ304", message, span_of(claim.end), help="put the earlier time first")
+    elif isinstance(begin, float) and duration < begin < math.inf and claim.begin is not None and not claim.forever:
+        message = f"the claim begins at {begin:g} s, and the run ends at {duration:g} s"
+        help_text = "begin earlier, lengthen the 'run' line, or write 'forever'"
+        facts = ("it is about no instant",)
+        yield Diagnostic("FZ214", message, span_of(claim.begin), "warning", facts, help_text)
+    elif isinstance(end, float) and duration < end < math.inf and claim.end is not None:
+        message = f"the claim ends at {end:g} s, and the run ends at {duration:g} s"
+        facts = ("runs and proofs end with the run",)
+        yield Diagnostic("FZ214", message, span_of(claim.end), "warning", facts, "lengthen the 'run' line")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace as replaced
 from graphlib import TopologicalSorter
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.expr import (
     Call,
@@ -52,6 +52,10 @@ class Requirement:
     holds: bool
     verdict: str
     facts: tuple[str, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the claim and its verdict as plain data."""
+        return {"claim": self.text, "holds": self.holds, "verdict": self.verdict, "facts": list(self.facts)}
 
 
 #: Verdicts on claims about measures, and about every instant; on one that a stopped run has not broken.

@@ -130,7 +130,7 @@ class Run(Displayed):
             "substeps": self.substeps or None,
             "integration_error": {n: _finite(v) for n, v in self.error.items()} or None,
             "measures": {n: _finite(v) for n, v in self.measures.items()},
-            "requirements": [{"claim": r.text, "holds": r.holds} for r in self.requirements],
+            "requirements": [r.as_dict() for r in self.requirements],
             "stopped": None if self.stopped is None else self.stopped.as_dict(),
         }
 

@@ -101,6 +101,18 @@ def test_members_of_a_family_are_run_and_the_worst_are_named(family, tmp_path):
     }  # fmt: skip
 
 
+def test_a_stopped_member_breaks_no_claim(tmp_path):
+    path = tmp_path / "blow.fz"
+    path.write_text(
+        "plant p\nstate x = 1\nder x = x * x\noutput y = x\nloop blow\nblock p = p()\nfor p.x in [0.1, 1]\n"
+        "run 3 s step 10 ms\nrequire always p.x >= 0\n",
+        encoding="utf-8",
+    )
+    result = run(path, "--for", 2, "-o", tmp_path / "out", "--jobs", 1)
+    assert "stopped: 1 of 2, first by run 1: --set p.x=1.0" in result.output
+    assert "broken" not in result.output
+
+
 def test_a_spec_may_vary_more_than_the_family(family, tmp_path):
     spec = tmp_path / "spec.toml"
     spec.write_text('scenario = "family.fz"\nmembers = 3\nseed = 2\n[grid]\n"law.K" = [0.5, 1.0]\n', encoding="utf-8")

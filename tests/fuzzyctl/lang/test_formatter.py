@@ -191,3 +191,16 @@ def test_claims_about_every_instant_keep_their_parentheses():
     )
     assert formatted(text) == laid
     assert formatted(laid) == laid
+
+
+def test_names_like_words_keep_their_meaning():
+    text = (
+        "loop l\nblock p = p(1)\nlet until = p.until+1\nmeasure always = maximum(rate -1)\nrun 1 s\n"
+        "require always - 1 <= 3\nrequire always -until <= 3 until -until\n"
+    )
+    laid = (
+        "loop l\nblock p = p(1)\nlet until = p.until + 1\nmeasure always = maximum(rate - 1)\nrun 1 s\n"
+        "require always - 1 <= 3\nrequire always -until <= 3 until -until\n"
+    )
+    assert formatted(text) == laid
+    assert formatted(laid) == laid

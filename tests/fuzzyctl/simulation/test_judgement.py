@@ -79,7 +79,7 @@ def test_no_requirement_holds_in_a_run_that_was_stopped(loop):
 def test_a_summary_is_plain_data(loop):
     summary = run_of(loop, "measure m = final(p.y)\nmeasure never = settling(p.y, 1)\nrequire m <= 2").summary()
     assert summary["measures"] == {"m": 2.0, "never": None}
-    assert summary["requirements"] == [{"claim": "m <= 2", "holds": True}]
+    assert summary["requirements"] == [{"claim": "m <= 2", "holds": True, "verdict": "met", "facts": ["m = 2"]}]
     assert (summary["loop"], summary["samples"], summary["step_s"], summary["end_s"]) == ("l", 5, 0.5, 2.0)
     assert summary["params"] == {"limit": 1.5}
     assert summary["stopped"] is None
