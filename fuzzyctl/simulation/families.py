@@ -129,5 +129,5 @@ def _times(claim: Always, params: ParamValues, duration: float) -> Iterator[Diag
         yield Diagnostic("FZ214", message, span_of(claim.begin), "warning", facts, help_text)
     elif isinstance(end, float) and duration < end < math.inf and claim.end is not None:
         message = f"the claim ends at {end:g} s, and the run ends at {duration:g} s"
-        facts = ("runs and proofs end with the run",)
+        facts = ("'prove' judges it beyond the run, 'simulate' does not",)
         yield Diagnostic("FZ214", message, span_of(claim.end), "warning", facts, "lengthen the 'run' line")

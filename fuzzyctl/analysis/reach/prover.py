@@ -142,9 +142,11 @@ class LoopProver:
         params = [d.name for d in self.dimensions if not d.state]
         number = self.loop.number
         conditions = [loosened(c.claim, 0.0 if c.within is None else number(c.within)) for c in claims]
-        # Up to the sample at the end, or the next one.
-        last = min(end + sample_times(self.loop)[0], number(self.loop.duration))
-        loop = self.loop if math.isinf(end) else replace(self.loop, duration=Number(last))
+        # Up to the sample at the end, or the next one, which a run may not have.
+        step = sample_times(self.loop)[0]
+        loop = self.loop
+        if math.isfinite(end):
+            loop = replace(loop, duration=Number(math.ceil(end / step - ALIGNED) * step))
         equations = kept_samples(loop_equations(loop, conditions, params))
         if isinstance(equations, str):
             raise DomainError(equations)
@@ -153,6 +155,8 @@ class LoopProver:
             # Nothing happens at samples between those of the controllers, unless a dead time ends there.
             coarse = kept_samples(loop_equations(replace(loop, step=None), conditions, params))
             equations = equations if isinstance(coarse, str) else coarse
+            if equations.samples - 1 < end / equations.step - ALIGNED < math.inf:
+                equations = replace(equations, samples=equations.samples + 1)
         columns = np.zeros((equations.samples, 0))
         if equations.given:
             from fuzzyctl.simulation.experiment import Experiment

@@ -78,6 +78,17 @@ def test_a_claim_at_an_instant_between_samples_is_about_it():
     assert [proofs(alone(*lines, c))[0] for c in claims] == [False, True, False, True, False, True]
 
 
+def test_a_claim_about_times_behind_the_last_sample_is_proved_for_these():
+    """x = 1 + t; the last sample of the run is at 0.9 s."""
+    claims = ["p.y <= 1.95 until 1 s", "p.y <= 1.95", "p.y <= 2.25", "p.y <= 5 until 5 s", "p.y <= 6.2 until 5 s"]
+    lines = "der x = 1", "run 1 s step 0.3 s", *(f"require always {c}" for c in claims)
+    assert proofs(alone(*lines)) == [False, False, True, False, True]
+    # The loop has a sample at its end, its controller has not.
+    text = "controller c\ninput y\noutput u = 1 + 0 * y\nevery 0.3 s\nplant p\ninput u\nstate x = 1\nder x = u\n"
+    loop = "output y = x\nloop l\nblock c = c(p.y)\nblock p = p(c.u)\nrun 1 s step 0.1 s\n"
+    assert proofs(loop_of(text + loop, "require always p.x <= 1.95", "require always p.x <= 2.25")) == [False, True]
+
+
 def test_the_command_of_the_last_sample_is_in_the_claim():
     """A controller that jumps at the end of the time of a claim, or at its begin."""
     text = TANK.replace(
