@@ -199,7 +199,7 @@ def _write_certificate(path: str, proofs: Sequence[Proof], choice: Choice) -> di
 @click.argument("file", metavar="CERTIFICATE")
 @click.option("--source", metavar="FILE", help="Also check that this rule file is the one that was proved.")
 @answers_with_diagnostics
-def verify(file: str, source: str | None) -> None:
+def verify(file: str, source: str | None) -> int:
     """Check a certificate that 'fuzzyctl prove --certificate' wrote, without the rule file.
 
     The check is one module of 200 lines that needs Python alone; it evaluates the loop's equations with whole
@@ -207,14 +207,19 @@ def verify(file: str, source: str | None) -> None:
     """
     from fuzzyctl.analysis import verify as checker
 
-    checker.main(file)
+    try:
+        checker.main(file)
+    except SystemExit as refused:
+        say(f"{refused.code}", err=True)
+        return FAILED
     if source is None:
-        return
+        return DONE
     content, _ = content_of(source)
     with open(file, "rb") as opened:
         parts = json.load(opened)["parts"]
     if not all(sha256(content).hexdigest() in part.get("sha256", {}).values() for part in parts):
         raise click.ClickException(f"{source} is not the file that was proved: its hash is not in {file}")
+    return DONE
 
 
 def _opened(file: str, choice: Choice) -> Opened:

@@ -75,7 +75,7 @@ def simulation() -> simulate.Simulation:
 def c_loop(library: ctypes.CDLL, simulation: simulate.Simulation) -> tuple[np.ndarray, np.ndarray, float]:
     """Run the C loop; return its records as a trajectory has them, and the time it took [s]."""
     periods = Periods(simulation)
-    world, memory, samples, n = periods.world, periods.memory, periods.samples, len(simulation.laws)
+    world, memory, samples, n = periods.world, periods.memory, len(periods.record), len(simulation.laws)
     load, avoidance = np.array(world.load), np.array(world.avoidance)
     obstacles = np.array([(one.x, one.y, one.radius) for one in simulation.scenario.obstacles])
     record, law_record = np.zeros((samples, n, 20)), np.zeros((samples, n, 14))

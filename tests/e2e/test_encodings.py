@@ -60,6 +60,7 @@ COMMANDS = {
     "doctor": [["doctor"], ["doctor", "--format", "json"]],
     "new": [["new", "σ"], ["new", "→"]],
     "simulate": [["simulate", "loop.fz"], ["simulate", "loop.fz", "-o", "→", "--format", "json"], ["simulate", FILE]],
+    "verify": [["verify", "→.json"]],
     "why": [["why", FILE, "σ=3"], ["why", "--format", "json", FILE, "σ=3"]],
 }
 ROBOTS = {
@@ -72,6 +73,7 @@ ROBOTS = {
     "report": [["report", "mine.toml", "-o", "→.html"]],
     "paper": [["paper", "-o", "→", "--set", "run.horizon=→"]],
     "compare": [["compare", "mine.toml", "--controller", "smc", "--jobs", "1"]],
+    "bench": [["bench", "→"], ["bench", "mine.toml", "--set", "run.horizon=→"]],
     "sweep": [["sweep", "spec.toml", "--jobs", "1", "-o", "→"], ["sweep", "→.toml"]],
 }
 LOOP = """plant tank

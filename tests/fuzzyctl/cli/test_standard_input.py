@@ -52,8 +52,9 @@ def test_standard_input_gives_what_the_file_gives(tmp_path, base, command):
 
 
 def test_standard_input_is_a_file_for_every_command_that_reads_one():
-    # A sweep names its files, the language server is given texts, and the studio serves until Ctrl-C.
-    others = {"new", "explain", "doctor", "lsp", "studio", "sweep"}
+    # A sweep names its files, the language server is given texts, the studio serves until Ctrl-C, and a certificate is
+    # a file that 'prove' writes.
+    others = {"new", "explain", "doctor", "lsp", "studio", "sweep", "verify"}
     assert set(commands_of(main)) - others == {*(c.split()[0] for c in COMMANDS), "fmt", "simulate"}
 
 

@@ -24,7 +24,7 @@ ACCURACY = 1e-8
 def enclosed(loop):
     """Return the sets of a loop at its samples, hulls of its plants' states over its steps, and the members' sides."""
     prover = LoopProver(loop, 100.0)
-    sets = prover._sets([], prover.loop.number(loop.duration))
+    sets = prover.sets([], prover.loop.number(loop.duration))
     low, high = (e[None] for e in prover._family())
     plant, memory, free = prover._begin(sets, low, high)
     samples = {0: [*plant, *memory]}
@@ -135,7 +135,7 @@ def test_a_long_run_is_reduced_and_still_holds_its_members(monkeypatch):
 
 def test_several_boxes_at_once_are_the_boxes_alone():
     prover = LoopProver(loop_of(TANK), 100.0)
-    sets = prover._sets([], 1.0)
+    sets = prover.sets([], 1.0)
     low, high = prover._family()
     middle = 0.5 * (low + high)
     lows, highs = np.array([low, middle, low]), np.array([middle, high, high])
@@ -150,7 +150,7 @@ def test_states_with_constant_rates_go_with_several_boxes():
     plant = "plant p\nstate a = 0\nstate b = 0\nder a = 1\nder b = a\noutput y = b\n"
     text = plant + "loop l\nblock p = p()\nfor p.b in [0, 1]\nrun 1 s step 100 ms\n"
     prover = LoopProver(loads(text, block="l"), 100.0)
-    sets = prover._sets([], 1.0)
+    sets = prover.sets([], 1.0)
     low, high = (np.tile(e, (3, 1)) for e in prover._family())
     *_, last = sets.run(*prover._begin(sets, low, high), 1)
     assert all(a[0] <= 0.5 and b[0] >= 1.5 for a, b in [ends(last.states[1])])
