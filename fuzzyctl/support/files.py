@@ -203,7 +203,9 @@ def read_place(
                 raise DiagnosticError([Diagnostic("FZ001", "this is not a regular file", file=name)])
             content = read_bytes(file, place.name, max_bytes=max_bytes)
     except OSError as error:
-        raise DiagnosticError([_unreadable(name, error)]) from None
+        # A file that names a table of data means no rule file.
+        is_rule_file = not only_regular or Path(name).suffix.lower() in {"", ".fz", *FOREIGN}
+        raise DiagnosticError([_unreadable(name, error, suggests=is_rule_file)]) from None
     record = _RECORDED.get()
     if record is not None:
         record[os.fspath(place.path) if place.is_shipped else place.name] = content
@@ -244,7 +246,10 @@ def is_below(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> bo
     """
     # Not Path.resolve, which raises for links in a circle.
     ways = (os.path.abspath, os.path.realpath)
-    return "\0" not in f"{path}{folder}" and all(Path(way(path)).is_relative_to(way(folder)) for way in ways)
+    if "\0" in f"{path}{folder}":
+        return False
+    pairs = ([os.path.normcase(way(p)) for p in (path, folder)] for way in ways)
+    return all(inner == outer or inner.startswith(os.path.join(outer, "")) for inner, outer in pairs)
 
 
 def is_special(path: str | os.PathLike[str]) -> bool:
@@ -296,9 +301,9 @@ def _utf8(data: bytes, name: str) -> SourceText:
         raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="save it as UTF-8")]) from None
 
 
-def _unreadable(name: str, error: OSError) -> Diagnostic:
+def _unreadable(name: str, error: OSError, *, suggests: bool) -> Diagnostic:
     if isinstance(error, FileNotFoundError):
-        return Diagnostic("FZ001", "there is no such file", file=name, help=_neighbours(name))
+        return Diagnostic("FZ001", "there is no such file", file=name, help=_neighbours(name) if suggests else "")
     if isinstance(error, IsADirectoryError):
         return Diagnostic("FZ001", "this is a directory, not a rule file", file=name, help="name the files in it")
     return Diagnostic("FZ001", f"the file cannot be read: {error.strerror}", file=name)
