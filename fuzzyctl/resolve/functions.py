@@ -77,11 +77,12 @@ class _Expansion:
 
     def _is_small(self, value: ex.Expr, place: ex.Expr) -> bool:
         """Count the parts of a value; report an expression that grows too large or too deep, once."""
-        depth, level = 0, [value]
+        depth, level = 1, ex.children(value)
+        self.parts += 1
         while level:
             depth += 1
             self.parts += len(level)
-            level = [part for node in level for part in ex.children(node)]
+            level = tuple(part for node in level for part in ex.children(node))
         if self.parts <= MOST_PARTS and self.level + depth <= ex.MAX_DEPTH:
             return True
         if not self.failed:

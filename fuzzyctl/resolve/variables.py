@@ -269,9 +269,8 @@ def _own_kind(context: Context, statement: sx.Variable, line: sx.TermLine) -> Te
     whole = applied(context, line.kind, [variable, *(a.value for a in line.arguments)])
     if whole is None:
         return None
-    form = dataclasses.replace(line, arguments=(sx.Argument(whole, None, line.kind.span),))
-    word = sx.Word("function", line.kind.span)
-    membership = _function(context, statement, dataclasses.replace(form, kind=word))
+    argument, word = sx.Argument(whole, None, line.kind.span), sx.Word("function", line.kind.span)
+    membership = _function(context, statement, dataclasses.replace(line, kind=word, arguments=(argument,)))
     return Term(name=line.name.text, membership=membership, span=line.span) if membership is not None else None
 
 
