@@ -180,14 +180,17 @@ def write_csv(path: Path, columns: Mapping[str, Sequence[Any]]) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
-        writer.writerows(zip(*map(_cells, columns.values()), strict=True))
+        if all(set(map(type, values)) <= {float, int} for values in columns.values()):
+            # Nothing to quote: half the time of a file of a million numbers.
+            file.writelines(f"{','.join(map(repr, row))}\n" for row in zip(*columns.values(), strict=True))
+        else:
+            writer.writerows([_cell(v) for v in row] for row in zip(*columns.values(), strict=True))
 
 
-def _cells(values: Sequence[Any]) -> Sequence[Any]:
-    # The writer itself writes these as `literal` does, and None as an empty cell.
-    if set(map(type, values)) <= {float, int, str, type(None)}:
-        return values
-    return [v if v is None or isinstance(v, str) else literal(v) for v in values]
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    return value if isinstance(value, str) else literal(value)
 
 
 _PACKAGES = ("fuzzyctl", "numpy", "numba")
