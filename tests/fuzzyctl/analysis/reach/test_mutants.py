@@ -93,7 +93,7 @@ MUTANTS = {
     "memory stays": (
         "reach", "for u in map(as_form, updates)]", "for u in m]", "reach"),
     "the last step of a claim is missed": (
-        "prover", "last = min(end + sample_times(self.loop)[0],", "last = min(end,", "prover"),
+        "prover", "Number(math.ceil(end / step - ALIGNED)", "Number(math.floor(end / step)", "prover"),
     "states may leave their ranges": (
         "prover", "outside = ~_within(state, low, high)", "outside = np.zeros(1, bool)", "prover"),
     "an input acts as in the mean of a period": (
