@@ -13,9 +13,10 @@ from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
-from fuzzyctl.expr import number_text
+from fuzzyctl.expr import Name, number_text
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.block import Block
+from fuzzyctl.resolve.loops import STABLE
 
 State = Literal["proved", "refuted", "undecided", "unknown"]
 
@@ -38,11 +39,12 @@ class Light:
 
     Args:
         span: The line, without its comment.
-        state: "unknown" where no proof of this text has ended yet, and of claims about runs.
+        state: "unknown" until a proof of this text has ended, and for requirements on runs.
         text: The same in words, with the counterexample or what would decide it.
         block: Name of the system, controller or loop.
         kind: "system", "controller" or "loop".
         point: The counterexample.
+        on_runs: Whether runs decide it, and no proof.
     """
 
     span: Span
@@ -51,6 +53,7 @@ class Light:
     block: str = ""
     kind: str = "system"
     point: dict[str, float] = field(default_factory=dict)
+    on_runs: bool = False
 
 
 def lights(document: Document) -> list[Light]:
@@ -61,7 +64,9 @@ def lights(document: Document) -> list[Light]:
             name, kind = s.name.text, "system" if isinstance(s, sx.System) else s.keyword.text
         elif isinstance(s, sx.Require) and s.span.source.name == document.source.name:
             light = _light(document, s.span, name, kind)
-            rows.append(replace(light, text="'fuzzyctl prove' decides it") if isinstance(s, sx.Always) else light)
+            is_stable = isinstance(s.claim, Name) and s.claim.name == STABLE
+            is_proved = kind != "loop" or isinstance(s, sx.Always) or is_stable
+            rows.append(light if is_proved else replace(light, text="judged by a run", on_runs=True))
     return rows
 
 
@@ -75,8 +80,6 @@ def _light(document: Document, span: Span, name: str, kind: str) -> Light:
             return Light(span, "refuted", text, name, kind, dict(witness.point))
         case Undecided(reason=reason):
             return Light(span, "undecided", f"undecided: {reason}", name, kind)
-    if kind == "loop":
-        return Light(span, "unknown", "judged by a run", name, kind)
     if document.mistakes_stop_proofs:
         return Light(span, "unknown", "not proved: there are mistakes", name, kind)
     return Light(span, "unknown", "not proved yet", name, kind)
@@ -104,7 +107,7 @@ def prove(document: Document, seconds: float = FIRST, stopped: Callable[[], bool
     if document.mistakes_stop_proofs:
         return False
     systems = document.examined.systems
-    for block in (*systems, *document.examined.controllers):
+    for block in (*systems, *document.examined.controllers, *document.examined.loops):
         with suppress(DiagnosticError):  # such as a system that cannot be planned, which a check reports
             for verdict in _verdicts(document, block, seconds, progress):
                 if verdict.span is not None:
@@ -159,23 +162,23 @@ class Lens:
 def lenses(document: Document) -> list[Lens]:
     """Return the lenses of a document, by location."""
     known = lights(document)
-    claiming = {light.block for light in known}
+    claiming = {light.block for light in known if not light.on_runs}
     rows = [_of_light(light) for light in known]
     for _, _, head in document.symbols.scopes:
         if head is None or head.span.source.name != document.source.name:
             continue
         if head.kind == "system":
             rows.append(Lens(head.span, "surface", SURFACE, head.name, {}))
-        if head.kind == "controller" or (head.kind == "system" and head.name in claiming):
+        if head.kind == "controller" or head.name in claiming:
             rows.append(Lens(head.span, "prove", PROVE, head.name, {}))
-        elif head.kind == "loop":
+        if head.kind == "loop":
             rows.append(Lens(head.span, "simulate", SIMULATE, head.name, {}))
     return sorted(rows, key=lambda lens: lens.span.start)
 
 
 def _of_light(light: Light) -> Lens:
     text = light.text if len(light.text) <= _LONGEST else light.text[: _LONGEST - 1] + "…"
-    command = SIMULATE if light.kind == "loop" else PROVE
+    command = SIMULATE if light.on_runs else PROVE
     if light.state == "refuted" and light.kind == "system":
         command, text = WHY, f"{text} – why"
     return Lens(light.span, f"{_SIGNS[light.state]} {text}", command, light.block, light.point)

@@ -277,7 +277,7 @@ class FuzzyServer(LanguageServer):
             code="FZ402" if is_refuted else None,
             source="fuzzyctl",
             related_information=[self._counterexample(light)] if light.point and self.knows.relates else None,
-            data={"why": lights.point_text(light.point)} if light.point else None,
+            data={"why": lights.point_text(light.point)} if light.point and light.kind != "loop" else None,
         )
 
     def _counterexample(self, light: Light) -> lsp.DiagnosticRelatedInformation:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from fuzzyctl.model.block import Node
 
 #: The claim that every member converges, unless a measure or a param has the name.
-_STABLE = "stable"
+STABLE = "stable"
 #: How a block of a loop is written.
 _BLOCK = "CONTROLLER_OR_PLANT(input=EXPRESSION, ..., param=value)"
 
@@ -245,7 +245,7 @@ class _Loop(Statements):
         names = self._measures_and_params
         if isinstance(s, sx.Always):
             return self._always(s)
-        is_stable = isinstance(s.claim, ex.Name) and s.claim.name == _STABLE and _STABLE not in names
+        is_stable = isinstance(s.claim, ex.Name) and s.claim.name == STABLE and STABLE not in names
         part = s.when if s.within is None else s.within
         if is_stable and part is not None:
             message = "'require stable' takes no tolerance and no condition"
@@ -264,7 +264,7 @@ class _Loop(Statements):
                 help_text = "the form is: require always CONDITION from 20 s until 50 s"
                 self.context.report("FZ102", "'require always' lacks its condition", s.claim.span, help=help_text)
             else:
-                self.context.unknown(f"a measure, a param nor '{_STABLE}'", s.claim, sorted({*names, _STABLE}))
+                self.context.unknown(f"a measure, a param nor '{STABLE}'", s.claim, sorted({*names, STABLE}))
             return None
         self.line = "require"
         fine = self.formula(s.claim, truth=True, names=names, kind="measure or param")

@@ -7,6 +7,17 @@ from fuzzyctl.editor.session import lights
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM
 from tests.golden.answers import Case
 
+FAMILY = """
+plant cart
+  state x = 1
+  der x = -x
+  output y = x
+loop settle
+block cart = cart()
+for cart.x in [-1, 1]
+measure final = final(cart.y)
+run 1 s step 10 ms
+"""
 BASE = SYSTEM.replace("require tip >= 0\n", "")
 
 
@@ -70,6 +81,16 @@ def test_long_reasons_are_cut_and_a_claim_of_a_run_is_not_proved():
     assert len(lights.lenses(document)[-1].title) == 162
     assert lights.prove(opened(LOOP + "require iae <= 9")) is False
     assert lights.prove(opened(BASE + "require tap >= 0")) is False
+
+
+def test_claims_about_families_of_loops_have_lights():
+    document = opened(f"{FAMILY}require final <= 1\nrequire always cart.y <= 2\nrequire always cart.y < 1 until 1 s\n")
+    lights.prove(document, lights.LAST)
+    assert states(document) == ["unknown", "proved", "refuted"], document.mistakes
+    assert [x.on_runs for x in lights.lights(document)] == [True, False, False]
+    assert lights.lights(document)[2].point == {"cart.x": 1.0}
+    commands = [lens.command.removeprefix("fuzzyctl.") for lens in lights.lenses(document)]
+    assert commands == ["prove", "simulate", "simulate", "prove", "prove"]
 
 
 @pytest.mark.parametrize(
