@@ -327,7 +327,7 @@ class Search:
 
     def __init__(self, loop: Loop, ranges: Sequence[Any]) -> None:
         self.loop = loop
-        box = [verify.between(low, high) for low, high in verify.number(ranges)]
+        box = [verify.enclosed(*ends) for ends in ranges]
         forms = [[a[0], 0, *[0] * i, a[1]] for i, a in enumerate(box)]
         self.fixed = keyed(param=forms[: loop.params], disturbance=loop.noise)
         self.rows = forms[loop.params :]
@@ -364,10 +364,8 @@ class Search:
                 if count > _PARTS:
                     raise
         self.before, rows = self.rows, [*x, *memory]
-        width = max(map(len, rows))
-        self.rows = [
-            [a[0], 0, *a[2:], *[0] * (width - len(a) + i), a[1], *[0] * (len(rows) - 1 - i)] for i, a in enumerate(rows)
-        ]
+        columns = verify.columns_of(rows, loop.params)
+        self.rows = [[a[0], 0, *symbols] for a, symbols in zip(rows, zip(*columns, strict=True), strict=True)]
         if anchor or len(self.rows[0]) - 2 - loop.params > _MOST * len(rows):
             hint |= self.smaller(anchor) | ({"anchor": True} if anchor else {})
         self.steps.append(hint)
@@ -389,12 +387,11 @@ class Search:
             place = k in ANCHORS and k >= begin
             self.period(place)
             if place:
-                anchor = self.rows, *verify.number(self.steps[-1]["set"])
+                rows = [[a[0], 0, *a[2 : 2 + p]] for a in self.rows]
+                anchor = rows, *verify.hinted(self.steps[-1]["set"])
             elif anchor is not None:
-                apart = [verify.add(a, [-x for x in b[: 2 + p]]) for a, b in zip(self.rows, anchor[0], strict=True)]
-                columns = [*zip(*([a[0], *a[2:]] for a in apart), strict=True)]
                 with suppress(AssertionError):
-                    verify.cover(columns, anchor[1], anchor[2], anchor[3], "")
+                    self.loop.inside(self.rows, *anchor)
                     return
             if clock.used() > until:
                 raise NoCertificateError(f"no set of the first {k} periods lies in an earlier one")
@@ -424,7 +421,7 @@ class Search:
             for low, high in moved:
                 more = (high - low) // 20 + (ONE >> 40)
                 grown.append([_rounded((low - more) / ONE), _rounded((high + more) / ONE)])
-            tube = verify.number(grown)
+            tube = verify.hinted(grown)
         raise AssertionError("no tube is found")
 
     def _apart(self, inputs: Any, step: int) -> list[float]:
@@ -433,6 +430,7 @@ class Search:
         keys = [*(("state", j) for j in range(n)), *(("disturbance", j) for j in range(len(self.loop.noise)))]
         slopes = [self.loop.series(inputs, {key: [ONE, 0]}) for key in keys]
         largest = np.array([[max(map(abs, verify.ends(s(r, 1)))) / ONE for s in slopes] for r in self.loop.rates])
+        largest = largest.reshape(n, len(keys))
         sources = largest[:, n:] @ np.array([w[1] / ONE for w in self.loop.noise])
         apart = np.zeros(n)
         for _ in range(60):
@@ -454,7 +452,7 @@ class Search:
         columns, _ = _boxed(rest, scale, motion)
         columns = columns * (1.02 if anchor else 1.0 + 1e-9)
         hint = [columns.tolist(), np.linalg.inv(columns).tolist(), (1e-11 * scale).tolist()]
-        basis, _, slack = verify.number(hint)
+        basis, _, slack = verify.hinted(hint)
         keep = [*range(params), *(params + k for k in large)]
         self.rows = [
             [a[0], e, *(a[2 + k] for k in keep), *row] for a, e, row in zip(self.rows, slack, basis, strict=True)

@@ -588,6 +588,9 @@ def loosened(claim: Expr, tolerance: float) -> Expr:
             return Compare(op, left, right + tolerance)
         case Compare(op=">" | ">=" as op, left=left, right=right) if tolerance:
             return Compare(op, left + tolerance, right)
-        case Logic(op="and" | "or" as op, operands=operands):
+        case Compare(op="==" | "!=" as op, left=left, right=right) if tolerance:
+            near = Logic("and", (Compare("<=", left, right + tolerance), Compare("<=", right, left + tolerance)))
+            return near if op == "==" else Logic("not", (near,))
+        case Logic(op=op, operands=operands):
             return Logic(op, tuple(loosened(o, tolerance) for o in operands))
     return claim

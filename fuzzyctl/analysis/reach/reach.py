@@ -189,7 +189,7 @@ class ReachableSets:
                 x, part = end, part + 1
             boxes = max(a.shape[0] for a in (*x, *m))
             m = [np.broadcast_to(u, (boxes, u.shape[-1])) for u in map(as_form, updates)]
-            rows = with_symbols([*x, *m])
+            rows = with_symbols([*x, *m], kept)
             if is_long(rows, kept):
                 rows = reduced(rows, kept, modes(before, rows) if before else None)
             before = rows

@@ -20,9 +20,9 @@ _WIDER: Final = 0.02
 AHEAD: Final = (1, 10, 40)
 
 
-def with_symbols(rows: Sequence[Form]) -> list[Form]:
-    """Return signals whose own errors are symbols, which other signals may then depend on."""
-    width = max(r.shape[-1] for r in rows)
+def with_symbols(rows: Sequence[Form], kept: int = 0) -> list[Form]:
+    """Return signals whose own errors are symbols, behind the first ones that are `kept` for other signals."""
+    width = max(2 + kept, *(r.shape[-1] for r in rows))
     stacked = np.stack([forms.widened(r, width) for r in rows])
     errors = stacked[..., 1]
     new = np.zeros((*stacked.shape[:-1], len(rows)))

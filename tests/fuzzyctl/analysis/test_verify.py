@@ -427,6 +427,18 @@ def sets_return_only_into_themselves(v):
         nodes = [["const", float(sign)], ["*", 1, 0], ["const", 3.0], *([["time"]] * timed)]
         part = simple(v, [2], start=[[-1, 1]], steps=steps, nodes=nodes, claims=[["3 > 0", [[[3, 1]]], begin, None]])
         assert shows(v, part) == proved
+    drop = [["memory", 0], ["const", 2.0], ["*", 0, 1], ["const", 0.5], ["*", 0, 3], ["+", 4, 3]]
+    drop += [["const", 0.95], ["const", -1.0], ["*", 0, 7], ["+", 6, 8]]
+    wide = {"set": [[[4.0]], [[0.25]], [1e-9]], "keep": [], "anchor": True}
+    for following, start, claim, more in (
+        (2, 1, [[[1, 1]]], [wide | {"set": [[[4.0]], [[0.125]], [9.0]]}]),  # the last set lies in itself
+        (2, 1, [[[1, 1]]], [wide, {"set": [[[0.0]], [[0.0]], [1000.0]], "keep": []}]),  # m' = 2 m in an error
+        (5, 0, [[[9, 0]]], [{"anchor": True, "keep": []}, {}]),  # m' = (m + 1) / 2, and an anchor without a set
+    ):
+        steps = [{"tables": {}, "parts": [{"tube": [], "order": 0}]} | hint for hint in more]
+        part = simple(v, [], start=[[-start, start]], following=[following], nodes=drop, steps=steps,
+                      claims=[["c", claim, 0, None]])  # fmt: skip
+        assert not shows(v, part)
 
 
 def claims_are_strict(v):
@@ -448,6 +460,10 @@ def claims_are_strict(v):
     assert shows(v, part)
     part["proofs"][0]["claims"] = []  # nothing shows it
     assert not shows(v, part)
+    for text, clauses in (("c", []), ("c\nverified: d", part["claims"][0][1])):
+        assert not shows(v, part | {"claims": [[text, clauses, 0, 0]], "proofs": [{"claims": [0], "steps": steps}]})
+    assert not shows(v, part | {"claims": []})
+    assert refused({"format": "fuzzyctl certificate 1", "parts": []}, v)
 
 
 def halves_cover_the_whole(v):
@@ -466,24 +482,32 @@ def halves_cover_the_whole(v):
     assert not shows(v, part)
 
 
-def matrices_are_decided(v):
-    def proved(p, *vertices):
-        part = {"kind": "lyapunov", "text": "x' = A x", "P": p, "vertices": [*vertices]}
-        return refused({"format": "fuzzyctl certificate 1", "parts": [part]}, v) is None
+def symbols_stay_apart(v):
+    """The memory is any number in [-1, 1] each period, as the param is, but not the same one."""
+    nodes = [["memory", 0], ["param", 0], ["const", -1.0], ["*", 1, 2], ["+", 0, 3], ["error", 1.0], ["const", 1.0],
+             ["+", 4, 6]]  # fmt: skip
+    steps = [{"tables": {}, "parts": [{"tube": [], "order": 0}]}, {"tables": {}, "parts": []}]
+    part = simple(v, [], start=[[0, 0]], params=[[-1, 1]], following=[5], nodes=nodes, steps=steps,
+                  claims=[["memory >= param - 1", [[[7, 0]]], 1, 1]])  # fmt: skip
+    assert not shows(v, part)
 
-    p, stable = [[1.5, 0.5], [0.5, 1.0]], [[0.0, 1.0], [-1.0, -1.0]]  # A'P + P A = -I
-    assert proved(p, stable)
-    assert not proved(p, stable, [[0.0, 1.0], [1.0, -1.0]])
-    assert not proved([[1.0, 2.0], [2.0, 1.0]], stable)  # P is not definite
-    assert not proved([[-1.0, 0.0], [0.0, -1.0]], [[1.0, 0.0], [0.0, 1.0]])
-    assert not proved([[1.0, 0.0], [0.0, 1.0]], [[0.0, 1.0], [-1.0, 0.0]])  # only semidefinite
-    assert not proved([[1.0]], [[0.0]])
-    assert not proved(p, [[0.0, 1.0], [-1.0]])
+
+def small_numbers_count(v):
+    """x' = 1e-29 * 1e19 * 1e19, and states, tables and periods below a unit."""
+    nodes = [["const", 1e-29], ["const", 1e19], ["*", 1, 2], ["*", 3, 2], ["const", -1.0], ["*", 5, 0]]
+    steps = [{"tables": {}, "parts": [{"tube": [[-1, 9]], "order": 1}]}, {"tables": {}, "parts": []}]
+    zero = [["x <= 0", [[[6, 0]]], 0, 1]]
+    part = simple(v, [4], start=[[0, 0]], nodes=nodes, steps=steps, claims=zero)
+    assert not shows(v, part)
+    part = simple(v, [1], start=[[0, 1e-30]], nodes=[["const", 0.0], *nodes[1:]], steps=steps, claims=zero)
+    assert not shows(v, part)
+    for change in ({"period": 1e-30}, {"tables": [{"knots": [[0, 1e-30, 1]], "values": [0, 1, 0]}]}):
+        assert not shows(v, growth(v) | change)
 
 
 CHECKS = [products_hold_all, functions_hold_all, tables_hold_all, only_what_fits_is_covered,
           steps_hold_their_solutions, memories_follow, sets_return_only_into_themselves, claims_are_strict,
-          halves_cover_the_whole, matrices_are_decided]  # fmt: skip
+          halves_cover_the_whole, symbols_stay_apart, small_numbers_count]  # fmt: skip
 
 
 @pytest.mark.parametrize("check", CHECKS)
@@ -512,7 +536,7 @@ MUTANTS = {
     "a tube is not checked": ("least <= low and high <= most", "True", steps_hold_their_solutions),
     "a tube has one time": (
         "between(begin, begin + step)", "between(begin, begin)", steps_hold_their_solutions),
-    "an order is negative": ("order >= 0 and ", "", steps_hold_their_solutions),
+    "an order is negative": ('range(65).index(hint["order"])', 'hint["order"]', steps_hold_their_solutions),
     "any slope will do": ("need(self.nodes[rest[1]] ==", "need(True or self.nodes[rest[1]] ==",
                           steps_hold_their_solutions),
     "disturbances are not checked": ("need(0 <= moved * step >> BITS < a", "need(True", steps_hold_their_solutions),
@@ -528,11 +552,15 @@ MUTANTS = {
     "memory stays": ("[*x, *(v(i) for i in self.next)]", "[*x, *rows[n:]]", memories_follow),
     "a claim for ever begins late": (" and begin <= anchor[0])", ")", sets_return_only_into_themselves),
     "the time does not matter": ("still and ", "", sets_return_only_into_themselves),
-    "sets need not return": ('            cover([*zip(*([a[0]', '            0 and cover([*zip(*([a[0]',
+    "sets need not return": ("        cover([[a[0] for", "        0 and cover([[a[0] for",
                              sets_return_only_into_themselves),
-    "one half is enough": ("for i in (0, 1)", "for i in (0,)", halves_cover_the_whole),
-    "a pivot is negative": ("need(ends(row[k])[0] > 0, text)", "need(True, text)", matrices_are_decided),
-    "P may be anything": ('            definite(p, "P', '            0 and definite(p, "P', matrices_are_decided),
+    "one half is enough": ("for i in (0, 1)]", "for i in (0,)]", halves_cover_the_whole),
+    "an error is no part of the last set": ("columns_of(apart, self.params)", "[*zip(*(a[2:] for a in apart))]",
+                                            sets_return_only_into_themselves),
+    "an error is the symbol of a param": ("[0] * (p + 2 - len(a))", "[]", symbols_stay_apart),
+    "small constants are cut": ("enclosed(*rest, *rest)", "[hinted(*rest), 0]", small_numbers_count),
+    "ends are cut inward": ("-hinted(-high))", "hinted(high))", small_numbers_count),
+    "tables are cut": ("2**BITS % x", "0 % x", small_numbers_count),
 }  # fmt: skip
 
 
@@ -551,6 +579,13 @@ def test_a_certificate_is_verified_and_its_claims_hold_in_runs(certificates, nam
     data = certificates(name)
     assert refused(data) is None
     assert all(Simulated(part).breaks() is None for part in data["parts"])
+
+
+def test_a_loop_without_plants_states_has_a_certificate():
+    """Of a disturbance that a controller keeps."""
+    text = "controller law\ninput d\nstate s = 0\nnext s = d\noutput y = s\nevery 1 s\nloop l\nblock law = law(d=w)\n"
+    text += "disturbance w in [-1, 1] = 0\nrequire always abs(law.y) <= 1.1\nrun 2 s\n"
+    assert refused(certificate(text)) is None
 
 
 def leaves(data, path=()):

@@ -231,3 +231,35 @@ def test_a_tube_ends_where_the_first_of_its_boxes_is_open():
     meet = intersection([one, other])
     assert list(meet.end) == [1.0, 1.5, 2.0]
     assert [list(side) for side in meet.bounds["y"]] == [[0.5, 1.0, 1.0], [1.0, 1.5, 2.0]]
+
+
+def test_a_state_of_a_controller_is_not_the_param():
+    """The state is the disturbance of the period before; no plant has a state."""
+    loop = loads(
+        "controller law\ninput d\nparam a in [-1, 1] = 0\nstate s = 0\nnext s = d\noutput y = s - a\nevery 1 s\n"
+        "loop l\nblock law = law(d=w)\ndisturbance w in [-1, 1] = 0\nfor law.a in [-1, 1]\n"
+        "require always abs(law.y) <= 1.9 from 1 s until 1.5 s\nrequire always abs(law.y) <= 2.1\nrun 2 s\n",
+        block="l",
+    )
+    assert proofs(loop) == [False, True]
+
+
+def test_a_tolerance_counts_for_all_comparisons_as_in_runs():
+    loop = alone(
+        "der x = 0",
+        "for p.x in [0, 0.5]",
+        "require always not (p.y > 1) within 0.5001",
+        "require always not (p.y > 1) within 0.4",
+        "require always p.y != 0.6 within 0.2",
+        "require always p.y != 0.6 within 0.09",
+        "require always p.y == 0.25 within 0.2",
+        "require always p.y == 0.25 within 0.26",
+        "run 1 s step 0.5 s",
+    )
+    expected = [False, True] * 3
+    assert proofs(loop) == expected
+    kept = [
+        all(r.holds for r in run)
+        for run in zip(*(Experiment(with_settings(loop, m)).run().requirements for m in members(loop, 8)), strict=True)
+    ]
+    assert kept == expected
