@@ -3,7 +3,7 @@
     python docs/explanation/reproduction/argument.py
 
 prints for each condition whether it is proved for all states, and by which claim, or assumed. The other columns are
-leader, follower1 and follower2 in the run `paper` under AIFQSMC, v channel / ω channel: a share of time, or a largest value.
+leader, follower1 and follower2 in the run `paper` under AIFQSMC, v / ω channel: a share of time, or a largest value.
 A share is the part of the time in which the condition fails, counted where the row applies.
 
 d̃_0 is taken as in `results.lyapunov`. For the last rows d̃ is all that moves σ* except the law, that is
