@@ -6,6 +6,7 @@ import pytest
 
 from dwmr import find, read
 from tests import explanation
+from tests.dwmr import test_equations
 from tests.dwmr.paper import NAMES, TABLE_12, TABLE_13
 from tests.dwmr.scenarios import measured as measured_run
 
@@ -294,3 +295,35 @@ def test_what_was_tried_gives_what_the_result_file_says(name, law):
 def test_what_was_tried_of_smcs_leader_gives_what_the_result_file_says(name):
     (one,) = [one for one in results("tries.json") if one["name"] == name]
     assert tries().run("smc", one["set"])["leader"] == pytest.approx(one["errors"]["smc"]["leader"], rel=BANDS["smc"])
+
+
+class TestArgument:
+    """The table of the argument for stability, in docs/explanation/the-paper.md."""
+
+    PROVED = dict.fromkeys(("ais_reaction", "boundary_layer", "immune_channel", "one_channel"), True)
+
+    def table(self):
+        lines = (
+            explanation.text("the-paper.md").split("### The argument for stability")[1].split("\n### ")[0].splitlines()
+        )
+        return [line.replace("\\|", "¦")[2:-2].split(" | ") for line in lines if line.startswith("| ")][1:]
+
+    def test_it_is_what_the_script_prints(self):
+        argument = script("argument")
+        rows = list(argument.table(*argument.run_of(), self.PROVED))
+        assert len(rows) == len(self.table())
+        for row, (equations, condition, status, *cells) in zip(rows, self.table(), strict=True):
+            assert (equations, condition, status) == (row.equations, row.condition.replace("|", "¦"), row.status)
+            for cell, printed in zip(row.cells, cells, strict=True):
+                values = [[float(x.rstrip("%")) for x in text.split(" / ") if x != "-"] for text in (cell, printed)]
+                assert values[0] == pytest.approx(values[1], rel=0.02, abs=2.0 if "%" in cell else 2e-4)
+
+    def test_every_equation_of_the_argument_is_in_it(self):
+        named = set().union(*(test_equations.numbers(f"Eqs. {row[0]}") for row in self.table()))
+        assert named == set(range(10, 44))
+
+    def test_a_claim_that_is_not_proved_is_named(self):
+        argument = script("argument")
+        run = argument.run_of("run.horizon=1")
+        rows = list(argument.table(*run, self.PROVED | {"one_channel": False}))
+        assert [row.status for row in rows if "NOT" in row.status] == ["NOT PROVED: one_channel"]

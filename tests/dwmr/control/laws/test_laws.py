@@ -191,6 +191,27 @@ class TestAifqsmc:
         assert (units["sigma_v"], units["sigma_omega"]) == ("m", "rad")
 
 
+class TestOneChannel:
+    """The closed loop with proved bounds has the law of AIFQSMC."""
+
+    def test_it_pushes_and_adapts_as_the_law_does(self):
+        loop, law = compiled("one_channel"), compiled("immune_channel")
+        state, own = np.array(loop.start()), np.array(law.start())
+        rng, b, before, largest = np.random.default_rng(0), 0.5, 0.0, 0.0
+        for period in range(2000):
+            sigma = dict(zip(loop.state_names, state, strict=True))["sigma"]
+            change = (sigma - before) / DT if period else 0.0
+            d = 0.28 * np.sign(np.sin(period * DT)) if period % 600 < 400 else rng.uniform(-0.28, 0.28)
+            values, own = law(sigma, own, dt=DT)
+            wanted = dict(zip(law.output_names, values, strict=True))
+            values, state = loop(d, change, b, state)
+            outputs = dict(zip(loop.output_names, values, strict=True))
+            assert outputs["push"] == pytest.approx(wanted["push"], abs=1e-12)
+            assert outputs["gain"] == pytest.approx(wanted["gain"], abs=1e-12)
+            before, largest = sigma, max(largest, abs(sigma))
+        assert 0.02 < largest <= 0.032
+
+
 class TestAblations:
     """Each differs from AIFQSMC by its part, and by nothing else."""
 

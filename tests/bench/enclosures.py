@@ -1,0 +1,101 @@
+"""Widths of enclosures beside those of immrax, on plants that both can express, and processor times.
+
+    python tests/bench/enclosures.py
+
+needs immrax (PyPI, not among the dependencies) for its column: the narrowest of the natural, Jacobian and mixed
+Jacobian embeddings in the given coordinates. Its transformed coordinates and normotopes are not tried.
+"""
+
+import time
+
+import numpy as np
+
+from fuzzyctl import loads
+from fuzzyctl.analysis.reach.prover import LoopProver
+
+#: By name: the second derivative as text, and the box of x and v; x' = v.
+PLANTS = {
+    "oscillator": ("-x - 0.5 * v", (0.9, 1.1), (-0.1, 0.1)),
+    "van der Pol, damped": ("(1 - x * x) * v - x - 2 * v", (0.4, 0.6), (-0.1, 0.1)),
+    "pendulum": ("sin(x) - 2 * x - v", (0.9, 1.1), (-0.1, 0.1)),
+}
+DURATION = 5.0
+
+
+def ours(rate, *box):
+    """Return the width of the tube of x at the end, and the time [s]."""
+    (a, b), (c, d) = box
+    text = f"""plant p
+input nothing
+state x = {a}
+state v = {c}
+der x = v
+der v = {rate}
+output y = x
+loop l
+block p = p(0)
+for p.x in [{a}, {b}]
+for p.v in [{c}, {d}]
+run {DURATION} s step 50 ms
+require always abs(p.x) <= 100
+"""
+    loop = loads(text, block="l")
+    prover, begin = LoopProver(loop, 20.0), time.process_time()
+    prover._refuted = {}
+    prover.verdict(loop.guarantees[0])
+    low, high = prover.tube.bounds["p.y"]
+    return float(high[-1] - low[-1]), time.process_time() - begin
+
+
+def theirs(rate, *box):
+    """Return the least width of x at the end over immrax's embeddings, and the time of that one [s]."""
+    import immrax
+    import jax.numpy as jnp
+
+    class Plant(immrax.System):
+        def __init__(self):
+            self.evolution, self.xlen = "continuous", 2
+
+        def f(self, t, z):
+            x, v = z
+            return jnp.array([v, eval(rate, {"x": x, "v": v, "sin": jnp.sin})])  # one of PLANTS
+
+    start = immrax.interval(*(jnp.array([float(side[k]) for side in box]) for k in (0, 1)))
+    results = []
+    for embed in (immrax.natemb, immrax.jacemb, immrax.mjacemb):
+        begin = time.process_time()
+        run = embed(Plant()).compute_trajectory(0.0, DURATION, immrax.i2ut(start), dt=0.01)
+        states = np.asarray(run.ys)
+        end = states[np.isfinite(states).all(1)][-1]  # the rest is padding
+        results.append((float(end[2] - end[0]), time.process_time() - begin))
+    return min(results)
+
+
+def runs(rate, *box):
+    """Return the width of x at the end over 400 runs: no enclosure is narrower."""
+    rng = np.random.default_rng(0)
+    corners = np.array([(x, v) for x in box[0] for v in box[1]])
+    x, v = np.concatenate([corners, rng.uniform(*zip(*box, strict=True), (400, 2))]).T
+    step = 0.001
+    f = eval(f"lambda x, v: {rate}", {"sin": np.sin})  # one of PLANTS
+    for _ in range(round(DURATION / step)):
+        middle = x + 0.5 * step * v, v + 0.5 * step * f(x, v)
+        x, v = x + step * middle[1], v + step * f(*middle)
+    return float(np.ptp(x))
+
+
+def main():
+    """Print a line for each plant."""
+    for name, plant in PLANTS.items():
+        (own, spent), width = ours(*plant), runs(*plant)
+        line = f"{name}: runs {width:.4g}, fuzzyctl {own:.4g} in {spent:.2f} s"
+        try:
+            other, took = theirs(*plant)
+            line += f", immrax {other:.4g} in {took:.2f} s"
+        except ImportError:
+            line += ", immrax is not installed"
+        print(line)
+
+
+if __name__ == "__main__":
+    main()
