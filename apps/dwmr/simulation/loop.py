@@ -171,7 +171,7 @@ def run_periods(
 
     Args:
         first, last: Numbers of control periods; time is number · dt.
-        paths: Reference trajectory of each robot, see `interfaces.reference_path`.
+        paths: The reference trajectories, see `interfaces.reference_path`.
         step: Control law, see `interfaces.control_law`.
         kernels: Gain kernels of the law, one tuple per robot.
         world: Constants.
@@ -244,11 +244,12 @@ def decide(
     faulty, first_fault = -1, 0
     for i in range(n):
         state = _state(memory.plant, i)
-        target = _aim(t, i, paths, now, world, memory)
-        seen = error = _error(t, i, paths, target, memory.plant, memory.plant, memory.slip, world, memory, vehicles)
+        reference = _reference(t, i, paths, world)
+        target = _aim(i, reference, now, world, memory)
+        seen = error = _error(i, reference, target, memory.plant, memory.plant, memory.slip, world, memory, vehicles)
         if not world.measures_exactly:
             heard = memory.heard
-            seen = _error(t, i, paths, target, memory.seen, heard, heard[:, 7:], world, memory, vehicles)
+            seen = _error(i, reference, target, memory.seen, heard, heard[:, 7:], world, memory, vehicles)
         if vehicles is not None and target.obstacle >= 0.0 and moves_sideways(i, vehicles):
             seen = towards(seen)
         measured, robot, theta = memory.seen[i], world.robots[i], target.theta - memory.seen[i, 2]
@@ -317,13 +318,14 @@ def _state(plant: FloatArray, i: int) -> State:
 
 @compiled
 def _reference(t: float, i: int, paths: Any, world: World) -> Reference:
-    """Return the reference of a robot at a time, without its delay."""
-    here: Reference = paths[i](t, world.shapes[world.robots[i].shape])
+    """Return the reference of a robot at a time [s]."""
+    robot = world.robots[i]
+    here: Reference = paths[robot.shape](t - robot.delay, world.shapes[robot.shape])
     return here
 
 
 @compiled
-def _aim(t: float, i: int, paths: Any, obstacles: FloatArray, world: World, memory: Memory) -> Target:
+def _aim(i: int, reference: Reference, obstacles: FloatArray, world: World, memory: Memory) -> Target:
     """Return the target of one robot; a robot on a reference avoids obstacles by its measured state.
 
     Source:
@@ -331,8 +333,7 @@ def _aim(t: float, i: int, paths: Any, obstacles: FloatArray, world: World, memo
     """
     robot = world.robots[i]
     if robot.first < robot.last:
-        return _place(t, i, paths, world, memory)
-    reference = _reference(t - robot.delay, i, paths, world)
+        return _place(i, reference, world, memory)
     theta_r, v_r, omega_r, obstacle, reach = reference.theta, reference.v, reference.omega, -1, 0.0
     if robot.avoids != 0:
         s = _state(memory.seen, i)
@@ -345,17 +346,14 @@ def _aim(t: float, i: int, paths: Any, obstacles: FloatArray, world: World, memo
 
 
 @compiled
-def _leader(
-    t: float, i: int, j: int, paths: Any, states: FloatArray, slip: FloatArray, share: float, world: World
-) -> Leader:
-    """Return robot `j`, or for -1 the body of a virtual structure on the reference of robot `i`.
+def _leader(j: int, body: Reference, states: FloatArray, slip: FloatArray, share: float, world: World) -> Leader:
+    """Return robot `j`, or for -1 the body of a virtual structure.
 
     Args:
         states, slip: Of all robots.
         share: Of the slip that counts.
     """
     if j < 0:
-        body = _reference(t, i, paths, world)
         return Leader(body.x, body.y, body.theta, body.v, body.omega, 0.0)
     s = _state(states, j)
     v, omega = s.v + share * slip[j, 0], s.omega + share * slip[j, 1]
@@ -363,12 +361,12 @@ def _leader(
 
 
 @compiled
-def _place(t: float, i: int, paths: Any, world: World, memory: Memory) -> Target:
+def _place(i: int, body: Reference, world: World, memory: Memory) -> Target:
     """Return the target of a follower, the weighted mean of its places in the formation."""
     x_r = y_r = v_r = 0.0
     for e in range(world.robots[i].first, world.robots[i].last):
         edge = world.edges[e]
-        lead = _leader(t, i, edge.leader, paths, memory.plant, memory.slip, 1.0, world)
+        lead = _leader(edge.leader, body, memory.plant, memory.slip, 1.0, world)
         x, y = follower_position(lead.x, lead.y, lead.theta, lead.d, edge.separation, edge.bearing)
         x_r, y_r, v_r = x_r + edge.weight * x, y_r + edge.weight * y, v_r + edge.weight * lead.v
     # theta_jr = theta_i of Eq. (47) cannot be kept in a turn; the auxiliary orientation takes its place
@@ -377,15 +375,14 @@ def _place(t: float, i: int, paths: Any, world: World, memory: Memory) -> Target
 
 @compiled
 def _error(
-    t: float, i: int, paths: Any, target: Target, plant: FloatArray, leaders: FloatArray, slip: FloatArray,
+    i: int, body: Reference, target: Target, plant: FloatArray, leaders: FloatArray, slip: FloatArray,
     world: World, memory: Memory, vehicles: Vehicles | None,
 ) -> PostureError:  # fmt: skip
     """Return the tracking error of one robot.
 
     Args:
-        t: Time [s].
         i: Number of the robot.
-        paths: As for `run_periods`.
+        body: Its reference, along which a virtual structure moves.
         target: Where it should be; a follower's place is computed anew from its leaders' states.
         plant: States of all robots as they are or as they are seen, shape (n, 7).
         leaders: The same as their followers know them, shape (n, 7 or more).
@@ -399,22 +396,22 @@ def _error(
     robot, theta_star, s = world.robots[i], memory.theta_star[i], _state(plant, i)
     if robot.first == robot.last:
         return trajectory_error(s.x, s.y, s.theta, target.x, target.y, target.theta, theta_star, target.v, robot.d)
-    mean = _edge_error(t, i, robot.first, paths, s, leaders, slip, world, theta_star, vehicles)
+    mean = _edge_error(i, robot.first, body, s, leaders, slip, world, theta_star, vehicles)
     share = world.edges[robot.first].weight
     for e in range(robot.first + 1, robot.last):
-        one = _edge_error(t, i, e, paths, s, leaders, slip, world, theta_star, vehicles)
+        one = _edge_error(i, e, body, s, leaders, slip, world, theta_star, vehicles)
         mean, share = mixed(mean, share, one, world.edges[e].weight), 1.0
     return mean
 
 
 @compiled
 def _edge_error(
-    t: float, i: int, e: int, paths: Any, s: State, leaders: FloatArray, slip: FloatArray, world: World,
+    i: int, e: int, body: Reference, s: State, leaders: FloatArray, slip: FloatArray, world: World,
     theta_star: float, vehicles: Vehicles | None,
 ) -> PostureError:  # fmt: skip
     """Return the tracking error of a robot from one of its places; arguments as for `_error`."""
     edge = world.edges[e]
-    lead = _leader(t, i, edge.leader, paths, leaders, slip, world.known_slip, world)
+    lead = _leader(edge.leader, body, leaders, slip, world.known_slip, world)
     error = follower_error(
         lead.x, lead.y, lead.theta, lead.v, lead.omega, lead.d, s.x, s.y, s.theta, theta_star, world.robots[i].d,
         edge.separation, edge.bearing,

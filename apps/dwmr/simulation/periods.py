@@ -92,7 +92,7 @@ class Periods:
         law_record: Those of the control law.
         guard: Safety filter and its memory, None without one.
         vehicles: Vehicles with other drives than two wheels, or None.
-        paths, kernels: Of each robot its reference trajectory, and a tuple of the law's gain kernels, as the loop takes
+        paths, kernels: Reference trajectories, and of each robot a tuple of the law's gain kernels, as the loop takes
             them.
         raised: Errors of compiled code, from `jit.collected_errors`.
     """
@@ -116,7 +116,8 @@ class Periods:
         self.vehicles = _vehicles(scenario, simulation.module, samples)
         self.raised: list[BaseException] = []
         self._step = first_class(simulation.module.step)
-        self.paths = tuple(first_class(PATHS[simulation.shapes[n].path]) for n in names)
+        paths = {id(one): one.path for one in simulation.shapes.values()}
+        self.paths = tuple(first_class(PATHS[one]) for one in paths.values())
         self._draw = noise_source(scenario)
         self.kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
 
