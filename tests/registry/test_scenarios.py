@@ -29,7 +29,7 @@ def whole(name, law):
 
 def test_the_promised_ones_are_there():
     promised = {"paper", "paper-without-obstacles", "undisturbed", "five-robots", "csv-path", "paper-as-printed"}
-    promised |= {"experiment", "moving-obstacles"}
+    promised |= {"experiment", "moving-obstacles", "own-references", "virtual-structure", "consensus"}
     promised |= {"paper-with-limits", "paper-constant-gain", "paper-ideal-loop", "paper-lost-turn"}
     assert promised <= set(shipped_names())
 

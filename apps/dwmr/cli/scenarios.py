@@ -120,10 +120,7 @@ def _robots(robots: Sequence[Mapping[str, Any]], formation: Mapping[str, str]) -
         name = "  " * one["depth"] + one["name"]
         x, y, theta = one["start"]
         words = [f"start ({x:g}, {y:g}) m, {theta:g} rad", f"d = {one['d']:g} m"]
-        if one["leader"] is None:
-            words.insert(0, "on the reference" + (f", {one['delay']:g} s behind" if one["delay"] else ""))
-        else:
-            words.insert(0, f"{one['separation']:g} m at {one['bearing']:.4g} rad from {one['leader']}")
+        words.insert(0, _place(one))
         if one["avoids_obstacles"]:
             words.append("avoids obstacles")
         if one["noise"]:
@@ -135,6 +132,19 @@ def _robots(robots: Sequence[Mapping[str, Any]], formation: Mapping[str, str]) -
         yield f"{name:{width}}  {'; '.join(words)}"
     if formation["leader_velocity"] == "wheels":
         yield "followers know the velocity of their leader's wheels, not its slip"
+
+
+def _place(one: Mapping[str, Any]) -> str:
+    """Describe the place of a robot."""
+    if one["formation"] is None:
+        path = f"on its own {one['reference']['kind']}" if "reference" in one else "on the reference"
+        return path + (f", {one['delay']:g} s behind" if one["delay"] else "")
+    edges = one.get("neighbours", [{**one, "weight": 1.0}])
+    return " and ".join(
+        (f"{edge['weight']:.3g} x " if len(edges) > 1 else "")
+        + f"{edge['separation']:g} m at {edge['bearing']:.4g} rad from {edge['leader'] or 'the reference as a body'}"
+        for edge in edges
+    )
 
 
 def _obstacles(

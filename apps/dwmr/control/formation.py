@@ -172,6 +172,20 @@ def with_leaders_orientation(error: PostureError, theta_i: float, omega_i: float
 
 
 @compiled
+def mixed(a: PostureError, share_a: float, b: PostureError, share_b: float) -> PostureError:
+    """Return the weighted sum of two errors of one robot and of their drifts."""
+    return PostureError(
+        share_a * a.x_e + share_b * b.x_e,
+        share_a * a.y_e + share_b * b.y_e,
+        share_a * a.theta_e_star + share_b * b.theta_e_star,
+        share_a * a.drift_x + share_b * b.drift_x,
+        share_a * a.drift_y + share_b * b.drift_y,
+        share_a * a.drift_theta + share_b * b.drift_theta,
+        a.d,
+    )
+
+
+@compiled
 def tracking_error(
     e: PostureError, on_reference: bool, theta_e: float, v_r: float, omega_r: float, v: float, omega: float, t: float
 ) -> TrackingError:
@@ -179,7 +193,7 @@ def tracking_error(
 
     Args:
         e: The error and its drift.
-        on_reference: Whether the robot follows the reference, not another robot.
+        on_reference: Whether the robot follows a reference, not another robot.
         theta_e: θ_r − θ of a robot on the reference [rad].
         v_r, omega_r: Velocities of the reference [m/s, rad/s].
         v, omega: Velocities that the robot measures [m/s, rad/s].

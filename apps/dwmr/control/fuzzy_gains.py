@@ -102,20 +102,18 @@ class Rules:
             Goto, Bertol, Martins, section 7, choice of f_max.
         """
         gains = {name: value for name, value in (("k_h_min", k_h_min), ("k_s", k_s)) if value is not None}
-        asked = Channel(robot, channel, gains)
-        values = {**self.files.params(ROLE), **gains}
-        for name in ("k_h_min", "k_s"):
-            if not values.get(name, 1.0) > 0.0:
-                raise DiagnosticError([not_positive(asked, name, values[name], self.files)])
-        missing = [name for name in ("k_h_min", "k_s", "G_min") if name not in self.system(ROLE, {}).values]
+        declared = {p.name: p.span for p in self._load(ROLE).params}
+        missing = [name for name in ("k_h_min", "k_s", "G_min") if name not in declared]
         if missing:
             message = f"{self.files.path(ROLE).name} declares no param {', '.join(missing)}"
             facts = (f"{ROLE} needs the params k_h_min, k_s and G_min",)
             raise DiagnosticError([Diagnostic("FZ905", message, facts=facts, file=str(self.files.path(ROLE)))])
-        system = self.system(ROLE, gains)
+        asked, values = Channel(robot, channel, gains), {**self._load(ROLE).values, **self.files.params(ROLE), **gains}
         for name in ("k_h_min", "k_s"):
-            if not system.values[name] > 0.0:
-                raise DiagnosticError([self._not_positive(asked, name, system.values[name])])
+            if not values[name] > 0.0:
+                place = (declared[name], self.used[ROLE].path)
+                raise DiagnosticError([not_positive(asked, name, values[name], self.files, place)])
+        system = self.system(ROLE, gains)
         if not self.known.proved:
             prove_floor(system, self._bounds(ROLE, system)["f"], asked)
         self._prove_guarantees(ROLE, system, f"robot {robot}, channel {channel}")
@@ -339,10 +337,6 @@ class Rules:
         if verdict is not None and output.otherwise in (None, "nan", "error"):
             raise DiagnosticError([_not_covered(output, verdict, str(path))])
         self.known.sound.add(key)
-
-    def _not_positive(self, asked: Channel, name: str, value: float) -> Diagnostic:
-        declared = next(p for p in self._load(ROLE).params if p.name == name)
-        return not_positive(asked, name, value, self.files, (declared.span, self.used[ROLE].path))
 
     def kernel(self, role: str, system: Any) -> Any:
         """Return the compiled kernel of a system; equal params are compiled once."""

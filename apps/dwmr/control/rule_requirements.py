@@ -101,7 +101,7 @@ class Channel(NamedTuple):
 
 
 def not_positive(
-    asked: Channel, name: str, value: float, files: RuleFiles, place: tuple[Span | None, Path] | None = None
+    asked: Channel, name: str, value: float, files: RuleFiles, place: tuple[Span | None, Path]
 ) -> Diagnostic:
     """Describe a gain without which k̄_h − k_s sup f is not a bound of G_AIS, at the place that gives it.
 
@@ -110,7 +110,7 @@ def not_positive(
         name: Name of the gain.
         value: Its value [m/s or rad/s].
         files: The rule files, with the params that the scenario sets.
-        place: Where the rule file declares the param; not looked at where the robot or the scenario sets it.
+        place: Where the rule file declares the param.
     """
     unit = "m/s" if asked.channel == "v" else "rad/s"
     bad = f"must be > 0 {unit}, got {value:g}"
@@ -118,7 +118,7 @@ def not_positive(
     if name in asked.own:
         key = f"robots.{asked.robot}.controllers.aifqsmc.{name}_{asked.channel}"
         return files.places.diagnostic("FZ904", key, f"{key} {bad}", facts=facts)
-    if name in files.params(ROLE) or place is None:
+    if name in files.params(ROLE):
         key = f"rules.{ROLE}.{name}"
         return files.places.diagnostic("FZ904", key, f"{key} {bad}", facts=facts)
     span, path = place

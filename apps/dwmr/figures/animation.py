@@ -119,7 +119,7 @@ class Film:
         law = self.trajectory.controller
         self.axes.set_title(f"{TITLES.get(law, law)}", loc="left")
         for i, name in enumerate(self.trajectory.robots):
-            if self.scenario.robots[name].formation is None:
+            if not self.scenario.robots[name].leaders:
                 x_r, y_r = self.trajectory["x_r"][:, i], self.trajectory["y_r"][:, i]
                 every = max(1, len(x_r) // 1000)
                 self.axes.plot(x_r[::every], y_r[::every], color="black", lw=0.7, ls=(0, (2, 2)))

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from dwmr.core.arrays import FloatArray
-from dwmr.figures.panels import MARKS, bodies, colour, mark, obstacle_labels, obstacles, ways
+from dwmr.figures.panels import MARKS, bodies, colour, mark, obstacle_labels, obstacles, references, ways
 from dwmr.figures.style import COLOURS, STYLE, TITLES
 from dwmr.results.distances import meetings
 from dwmr.results.metrics import errors, printed_frame
@@ -100,7 +100,7 @@ def _limit(panels: Sequence[Any], trajectories: Sequence[Trajectory], scenario: 
 def _scene(trajectories: Sequence[Trajectory], scenario: Scenario) -> FloatArray:
     """Return the limits of references, starts and obstacles, shape (2, 2): x, y by least, greatest [m]."""
     one = trajectories[0]
-    follows = [i for i, n in enumerate(one.robots) if scenario.robots[n].formation is None]
+    follows = [i for i, n in enumerate(one.robots) if not scenario.robots[n].leaders]
     widest = max(robot.radius for robot in scenario.robots.values()) + scenario.avoidance.margin
     around = [(np.array([o.x - o.radius - widest, o.x + o.radius + widest]),
                np.array([o.y - o.radius - widest, o.y + o.radius + widest])) for o in scenario.obstacles]  # fmt: skip
@@ -130,9 +130,7 @@ def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
     axes.set_title(TITLES.get(trajectory.controller, trajectory.controller))
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
-    reference = next(i for i, n in enumerate(trajectory.robots) if scenario.robots[n].formation is None)
-    x_r, y_r = trajectory["x_r"][:, reference], trajectory["y_r"][:, reference]
-    axes.plot(x_r, y_r, color="black", lw=0.9, ls=(0, (2, 2)), label="reference")
+    references(axes, trajectory, scenario)
     for i, name in enumerate(trajectory.robots):
         x, y, edge = trajectory["x"][:, i], trajectory["y"][:, i], COLOURS[i % len(COLOURS)]
         axes.plot(x, y, lw=1.3, label=name, **colour(i))

@@ -168,9 +168,7 @@ def paths(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     every = max(1, len(trajectory.t) // PATH_POINTS)
-    for i in (k for k, n in enumerate(trajectory.robots) if scenario.robots[n].formation is None):
-        x_r, y_r = trajectory["x_r"][::every, i], trajectory["y_r"][::every, i]
-        axes.plot(x_r, y_r, color="black", lw=0.9, ls=(0, (2, 2)), label="reference")
+    references(axes, trajectory, scenario, every)
     for i, name in enumerate(trajectory.robots):
         x, y = trajectory["x"][:, i], trajectory["y"][:, i]
         rows = np.union1d(np.arange(0, len(x), every), np.union1d(kept(x, 200), kept(y, 200)))
@@ -182,6 +180,13 @@ def paths(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
     obstacles(axes, scenario)
     obstacle_labels(axes, scenario, r"$\bar{R}_d$")
     ways(axes, trajectory, scenario)
+
+
+def references(axes: Any, trajectory: Trajectory, scenario: Scenario, every: int = 1) -> None:
+    """Draw the references of all robots that follow no robot."""
+    for i in (k for k, n in enumerate(trajectory.robots) if not scenario.robots[n].leaders):
+        x_r, y_r = trajectory["x_r"][::every, i], trajectory["y_r"][::every, i]
+        axes.plot(x_r, y_r, color="black", lw=0.9, ls=(0, (2, 2)), label="reference")
 
 
 def bodies(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:

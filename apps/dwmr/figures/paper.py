@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -76,33 +76,21 @@ def layers(trajectory: Trajectory, scenario: Scenario) -> Figure:
     return figure
 
 
-def adaptive_gains(trajectory: Trajectory, scenario: Scenario) -> Figure:
-    """Draw k̂_h and η̂ of both channels."""
-    figure, rows = panels.grid(2, 2, height=2.6)
-    for column, (channel, unit) in enumerate(zip(derived.CHANNELS, ("m/s", "rad/s"), strict=True)):
-        symbol = SIGMA[channel][0]
-        label = rf"$\hat{{k}}_{{h,{symbol}}}$ [{unit}]"
-        panels.lines(rows[0, column], trajectory.t, trajectory[f"k_h_{channel}"], trajectory.robots, label)
-        label = rf"$\hat{{\eta}}_{{{symbol}}}$ [-]"
-        panels.lines(rows[1, column], trajectory.t, trajectory[f"eta_{channel}"], trajectory.robots, label)
+def gains(trajectory: Trajectory, scenario: Scenario, chosen: Sequence[tuple[str, str, bool]]) -> Figure:
+    """Draw gains of both channels, a row each: signal, symbol with a place for the channel's, whether it has a unit."""
+    figure, rows = panels.grid(len(chosen), 2, height=2.6)
+    for row, (signal, text, has_unit) in zip(rows, chosen, strict=True):
+        for axes, channel, unit in zip(row, derived.CHANNELS, ("m/s", "rad/s"), strict=True):
+            label = f"${text.replace('CHANNEL', SIGMA[channel][0])}$ [{unit if has_unit else '-'}]"
+            panels.lines(axes, trajectory.t, trajectory[f"{signal}_{channel}"], trajectory.robots, label)
     panels.mark(rows, trajectory, scenario)
     panels.legend(figure, rows[0, 0])
     return figure
 
 
-def immune_gains(trajectory: Trajectory, scenario: Scenario) -> Figure:
-    """Draw f(σ*, dσ*/dt) and G_AIS of both channels."""
-    figure, rows = panels.grid(2, 2, height=2.6)
-    for column, (channel, unit) in enumerate(zip(derived.CHANNELS, ("m/s", "rad/s"), strict=True)):
-        symbol = SIGMA[channel][0]
-        panels.lines(
-            rows[0, column], trajectory.t, trajectory[f"f_{channel}"], trajectory.robots, rf"$f_{{{symbol}}}$ [-]"
-        )
-        label = rf"$\hat{{G}}_{{AIS,{symbol}}}$ [{unit}]"
-        panels.lines(rows[1, column], trajectory.t, trajectory[f"g_ais_{channel}"], trajectory.robots, label)
-    panels.mark(rows, trajectory, scenario)
-    panels.legend(figure, rows[0, 0])
-    return figure
+#: Rows of the figures of gains.
+ADAPTIVE = (("k_h", r"\hat{k}_{h,CHANNEL}", True), ("eta", r"\hat{\eta}_{CHANNEL}", False))
+IMMUNE = (("f", "f_{CHANNEL}", False), ("g_ais", r"\hat{G}_{AIS,CHANNEL}", True))
 
 
 Draw = Callable[[Trajectory, Scenario], Figure]
@@ -270,14 +258,14 @@ def _gains(law: str) -> list[PaperFigure]:
             law,
             "Adaptive gains",
             "k̂_h [m/s, rad/s] and η̂ = k_s / k̂_h [-] in both channels.",
-            adaptive_gains,
+            partial(gains, chosen=ADAPTIVE),
         ),
         PaperFigure(
             23,
             law,
             "Immune reaction and switching gain",
             "f(σ*, dσ*/dt) [-] and G_AIS = k̂_h − k_s f [m/s, rad/s] in both channels.",
-            immune_gains,
+            partial(gains, chosen=IMMUNE),
         ),
     ]
 

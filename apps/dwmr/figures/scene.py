@@ -305,7 +305,7 @@ class Scene:
         every = max(1, len(trajectory.t) // PIECES)
         for i, name in enumerate(trajectory.robots):
             colour = self._colours[i % len(self._colours)]
-            if self.scenario.robots[name].formation is None:
+            if not self.scenario.robots[name].leaders:
                 x_r, y_r = trajectory["x_r"][:, i], trajectory["y_r"][:, i]
                 length = float(np.hypot(np.diff(x_r), np.diff(y_r)).sum())
                 dash = max(every, round(DASH * len(x_r) / max(length, DASH)))

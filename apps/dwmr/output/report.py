@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from rich.console import Console
 from rich.markup import escape
@@ -102,27 +102,65 @@ def print_report(
         picture: File that the sentence points to.
     """
     runs = summary["controllers"]
-    about = _ERRORS + ("" if printed is None else _RATIO + _PAPERS[printed])
-    _print_table(out, _errors_title(printed), _errors(runs, printed), about)
-    _print_table(out, "Safety", _table(runs, _SAFETY_HEADS, _safety), _SAFETY)
-    if any("safety" in run for run in runs.values()):
-        table = _table(runs, _FILTER_HEADS, lambda _, run, robot: filter_cells(run, robot))
-        _print_table(out, "Safety filter", table, ABOUT_FILTER)
-    _print_table(out, "Effort", _table(runs, _EFFORT_HEADS, _effort), _EFFORT)
-    if any(run.get("lyapunov") for run in runs.values()):
-        _print_table(out, "Stability", _table(runs, _STABILITY_HEADS, _stability), _STABILITY)
+    for one in run_tables(runs, printed):
+        out.print(one.title, style="bold", highlight=False)  # rich would make the title as narrow as the table
+        out.print(table_by_law(one.heads, one.rows))
+        out.print(one.about, style="dim", highlight=False)
+        out.print()
     for line in ([why_not] if why_not else []) + warnings(runs):
         out.print("[yellow]warning:[/] ", escape(printable(line)), sep="", highlight=False)
     for line in sentences(runs, printed, picture):
         out.print(escape(printable(line)), style="bold", highlight=False)
 
 
-def _print_table(out: Console, title: str, table: Table, about: str) -> None:
-    """Print a table with its title above and a legend of its columns below; rich would make the title as narrow."""
-    out.print(title, style="bold", highlight=False)
-    out.print(table)
-    out.print(about, style="dim", highlight=False)
-    out.print()
+class RunTable(NamedTuple):
+    """Table of measures, with a row for each law and robot.
+
+    Attributes:
+        title: Its subject.
+        heads: Of the columns of numbers, in two lines.
+        rows: Cells by law and robot.
+        about: Legend of the columns.
+    """
+
+    title: str
+    heads: Sequence[str]
+    rows: Mapping[str, Mapping[str, Sequence[str]]]
+    about: str
+
+
+def run_tables(runs: Mapping[str, Any], printed: int | None) -> Iterator[RunTable]:
+    """Yield the tables of a report: tracking errors, safety, effort and stability.
+
+    Args:
+        runs: Measures by control law.
+        printed: Number of the paper's table beside the errors, None for none.
+    """
+    yield error_table(runs, "rmse", "Root mean square errors", printed)
+    yield RunTable("Safety", _SAFETY_HEADS, _rows(runs, _safety), _SAFETY)
+    if any("safety" in run for run in runs.values()):
+        cells = _rows(runs, lambda _, run, robot: filter_cells(run, robot))
+        yield RunTable("Safety filter", _FILTER_HEADS, cells, ABOUT_FILTER)
+    yield RunTable("Effort", _EFFORT_HEADS, _rows(runs, _effort), _EFFORT)
+    if any(run.get("lyapunov") for run in runs.values()):
+        yield RunTable("Stability", _STABILITY_HEADS, _rows(runs, _stability), _STABILITY)
+
+
+def error_table(runs: Mapping[str, Any], section: str, title: str, printed: int | None) -> RunTable:
+    """Return the table of tracking errors in a section of the summary, beside a table of the paper or None."""
+    heads = []
+    for name, unit in _COLUMNS:
+        heads += [f"{_SYMBOLS[name]}\n{unit}", *([f"Table\n{printed}", "\nratio"] if printed is not None else [])]
+
+    def cells(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
+        values, wanted = run[section][robot], _printed_errors(law, run, printed).get(robot, {})
+        pairs = [(values[_measured(name, printed)], wanted.get(name)) for name, _ in _COLUMNS]
+        return [cell for value, one in pairs for cell in _cells(value, one, printed is not None)]
+
+    if printed is None:
+        return RunTable(title, heads, _rows(runs, cells), _ERRORS if section == "rmse" else "")
+    about = _ERRORS + _RATIO + _PAPERS[printed]
+    return RunTable(f"{title} beside Table {printed} of the paper", heads, _rows(runs, cells), about)
 
 
 def sentences(runs: Mapping[str, Any], printed: int | None, picture: str = "") -> list[str]:
@@ -182,31 +220,14 @@ def _arrivals(run: Mapping[str, Any]) -> str:
     return "all arrive" if all(reached) else f"{sum(reached)} of {len(reached)} arrive"
 
 
-def printed_errors(law: str, run: Mapping[str, Any], printed: int | None) -> Mapping[str, Mapping[str, float]]:
+def _printed_errors(law: str, run: Mapping[str, Any], printed: int | None) -> Mapping[str, Mapping[str, float]]:
     """Return the errors of a table of the paper by robot; those of a run that ended early have no counterpart."""
     return TABLES[printed].get(law, {}) if printed is not None and run["stopped"] is None else {}
 
 
-def measured(name: str, printed: int | None) -> str:
+def _measured(name: str, printed: int | None) -> str:
     """Return the measure in the column of an error: beside a table of the paper angles are not wrapped."""
     return name if printed is None else MEASURES[name]
-
-
-def _errors_title(printed: int | None) -> str:
-    return "Root mean square errors" + ("" if printed is None else f" beside Table {printed} of the paper")
-
-
-def _errors(runs: Mapping[str, Any], printed: int | None) -> Table:
-    heads = []
-    for name, unit in _COLUMNS:
-        heads += [f"{_SYMBOLS[name]}\n{unit}", *([f"Table\n{printed}", "\nratio"] if printed is not None else [])]
-
-    def cells(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
-        values, wanted = run["rmse"][robot], printed_errors(law, run, printed).get(robot, {})
-        pairs = [(values[measured(name, printed)], wanted.get(name)) for name, _ in _COLUMNS]
-        return [cell for value, one in pairs for cell in _cells(value, one, printed is not None)]
-
-    return _table(runs, heads, cells)
 
 
 def _cells(value: float, printed: float | None, compare: bool) -> list[str]:
@@ -226,16 +247,16 @@ def _safety(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
     gaps = ["" if one is None else _number(one, 2) for one in distances]
     switches = str(run["avoidance_switches"][robot]["all"])
     avoids = f"{run['avoidance_s'][robot]:.1f}"
-    return [*gaps, *map(str, hits(run, robot)), avoids, switches, arrives(run, robot)]
+    return [*gaps, *map(str, _hits(run, robot)), avoids, switches, _arrives(run, robot)]
 
 
-def arrives(run: Mapping[str, Any], robot: str) -> str:
+def _arrives(run: Mapping[str, Any], robot: str) -> str:
     """Return the time at which a robot arrives [s], or no."""
     t = run["arrival"][robot]["t"]
     return "no" if t is None else f"{t:.1f}"
 
 
-def hits(run: Mapping[str, Any], robot: str) -> tuple[int, int]:
+def _hits(run: Mapping[str, Any], robot: str) -> tuple[int, int]:
     """Return how many obstacles and how many other robots the body of a robot touched."""
     obstacles = sum(hit["robot"] == robot for hit in run["obstacles_hit"])
     return obstacles, sum(robot in hit["robots"] for hit in run["robots_hit"])
@@ -249,7 +270,7 @@ def filter_cells(run: Mapping[str, Any], robot: str) -> list[str]:
     return ["" if gap is None else _number(gap, 2), f"{100.0 * measures['acts'][robot]:.1f}", *map(str, moments)]
 
 
-def chattering_cells(run: Mapping[str, Any], robot: str) -> list[str]:
+def _chattering(run: Mapping[str, Any], robot: str) -> list[str]:
     """Return the chattering of the linear and the angular velocity, each in the whole run and outside of avoidances."""
     levels = (run["chattering"][robot], run["chattering_outside"][robot])
     return ["" if level is None else _number(level[channel], 3) for channel in ("v", "omega") for level in levels]
@@ -258,10 +279,10 @@ def chattering_cells(run: Mapping[str, Any], robot: str) -> list[str]:
 def _effort(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
     is_first, limits, g_ais = robot == next(iter(run["rmse"])), run["saturation"][robot], run.get("g_ais_min")
     return [
-        *chattering_cells(run, robot),
+        *_chattering(run, robot),
         " ".join(f"{100 * limits[name]:4.1f}" for name in ("v", "omega", "torque")),
         f"{g_ais:.4f}" if is_first and g_ais is not None else "",
-        f"{run['wall_s']:.3f}" if is_first else "",
+        f"{run['wall_s']:.3f}" if is_first and "wall_s" in run else "",
     ]
 
 
@@ -289,12 +310,11 @@ def _drift(gain: Mapping[str, float] | None) -> tuple[str, str, str]:
     return _number(gain["largest"], 3), _number(gain["final"], 3), _number(growth, 4, "+")
 
 
-def _table(
-    runs: Mapping[str, Any], heads: Sequence[str], cells: Callable[[str, Mapping[str, Any], str], Sequence[str]]
-) -> Table:
-    """Return a table of runs; `cells` returns those of a law, its run and a robot."""
-    rows = {law: {robot: cells(law, run, robot) for robot in run["rmse"]} for law, run in runs.items()}
-    return table_by_law(heads, rows)
+def _rows(
+    runs: Mapping[str, Any], cells: Callable[[str, Mapping[str, Any], str], Sequence[str]]
+) -> dict[str, dict[str, Sequence[str]]]:
+    """Return the rows of a table; `cells` returns those of a law, its run and a robot."""
+    return {law: {robot: cells(law, run, robot) for robot in run["rmse"]} for law, run in runs.items()}
 
 
 def table_by_law(heads: Iterable[str], rows: Mapping[str, Mapping[str, Sequence[str]]]) -> Table:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,19 +12,18 @@ from pydantic import BaseModel
 
 from dwmr.figures.style import COLOURS
 from dwmr.output import report
-from dwmr.output.report import arrives, chattering_cells, filter_cells, hits, measured, printed_errors
+from dwmr.output.report import RunTable
 from dwmr.page import plots
 from dwmr.results.paper_tables import MEASURES, TABLES, beside, ratios
-from dwmr.scenario.model import SETTLING, Scenario
+from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory
 from fuzzyctl.page.document import PANELS, asset, enclosed, html_document
 
 if TYPE_CHECKING:
     from dwmr.figures.paper import PaperFigure
 
-_ERRORS = (("x_e", "x_e [m]"), ("y_e", "y_e [m]"), ("theta_e", "θ_e [rad]"))
+#: Errors besides those of the report.
 _SECTIONS = (
-    ("rmse", "Root mean square errors, each robot in the axes of Table 12"),
     ("rmse_inertial", "Root mean square errors in inertial axes"),
     ("rmse_body", "Root mean square errors in the robot's own axes"),
 )
@@ -55,102 +54,13 @@ def _side(k: int, left: int) -> str:
     return "" if k < left else ' class="n"'
 
 
-def errors(runs: Mapping[str, Any], printed: int | None) -> str:
-    """Return the tables of tracking errors, the first beside a table of the paper if one is given by its number."""
-    tables = [_error_table(runs, name, caption, printed if name == "rmse" else None) for name, caption in _SECTIONS]
-    return "\n".join(tables)
-
-
-def _error_table(runs: Mapping[str, Any], section: str, caption: str, beside: int | None) -> str:
-    head = ["law", "robot"]
-    for _, label in _ERRORS:
-        head += [label] if beside is None else [label, f"Table {beside}", "ratio"]
-    rows = [
-        [law, robot, *_error_cells(law, robot, run, section, beside)]
-        for law, run in runs.items()
-        for robot in run[section]
-    ]
-    return _table(caption + ("" if beside is None else f", beside Table {beside} of the paper"), head, rows)
-
-
-def _error_cells(law: str, robot: str, run: Mapping[str, Any], section: str, beside: int | None) -> list[str]:
-    wanted = printed_errors(law, run, beside).get(robot, {})
-    cells = []
-    for name, _ in _ERRORS:
-        value, one = run[section][robot][measured(name, beside)], wanted.get(name)
-        cells.append(_number(value))
-        if beside is not None:
-            cells += ["", ""] if one is None else [f"{one:.4f}", f"{value / one:.2f}"]
-    return cells
-
-
-def _by_robot(runs: Mapping[str, Any], cells: Callable[[Mapping[str, Any], str], Iterable[str]]) -> list[list[str]]:
-    """Return a row for each law and robot; `cells` returns those of a run and a robot."""
-    return [[law, robot, *cells(run, robot)] for law, run in runs.items() for robot in run["rmse"]]
-
-
-def safety(runs: Mapping[str, Any]) -> str:
-    """Return the table of distances, contacts and avoidance."""
-    kinds = {
-        "centre_distance": "reference point to an obstacle's centre [m]",
-        "obstacle_gap": "body to an obstacle [m]",
-        "robot_gap": "body to another body [m]",
-    }
-    head = ["law", "robot", *(f"least distance, {distance}" for distance in kinds.values())]
-    head += ["obstacles hit", "robots hit", "avoids [s]", "switches of the avoidance", "arrives [s]"]
-
-    def cells(run: Mapping[str, Any], robot: str) -> list[str]:
-        distances = ["" if run[kind][robot] is None else f"{run[kind][robot]:.2f}" for kind in kinds]
-        switches = str(run["avoidance_switches"][robot]["all"])
-        avoids = f"{run['avoidance_s'][robot]:.1f}"
-        return [*distances, *map(str, hits(run, robot)), avoids, switches, arrives(run, robot)]
-
-    return _table("Safety; distances of bodies that overlap are negative", head, _by_robot(runs, cells))
-
-
-def safety_filter(runs: Mapping[str, Any]) -> str:
-    """Return the table of the safety filter, an empty text without one."""
-    if not any("safety" in run for run in runs.values()):
-        return ""
-    head = ["law", "robot", "least distance of its disc [m]", "commands changed [% of time]"]
-    head += ["infeasible moments", "missed moments"]
-    return _table("Safety filter", head, _by_robot(runs, filter_cells))
-
-
-def effort(runs: Mapping[str, Any]) -> str:
-    """Return the table of chattering and limits."""
-    outside = f"more than {SETTLING:g} s away from avoidances"
-    head = ["law", "robot", "mean |dv_c/dt| [m/s²]", outside, "mean |dω_c/dt| [rad/s²]", outside]
-    head += ["at limit of v [%]", "of ω [%]", "of torque [%]"]
-
-    def cells(run: Mapping[str, Any], robot: str) -> list[str]:
-        shares = [f"{100.0 * run['saturation'][robot][name]:.1f}" for name in ("v", "omega", "torque")]
-        return [*chattering_cells(run, robot), *shares]
-
-    return _table("Effort", head, _by_robot(runs, cells))
-
-
-def stability(runs: Mapping[str, Any]) -> str:
-    """Return the table of Lyapunov functions and of the drift of adaptive gains, an empty text without them."""
-    if not any(run.get("lyapunov") for run in runs.values()):
-        return ""
-    head = ["law", "robot", "dV/dt > 0, Eq. (14) [% of time]", "dV/dt > 0, Eq. (26) [% of time]"]
-    for gain in ("k_h,v [m/s]", "k_h,ω [rad/s]"):
-        head += [f"{gain}: largest", "last", "growth per s, last quarter"]
-
-    def cells(run: Mapping[str, Any], robot: str) -> Iterator[str]:
-        shares, drifts = run.get("lyapunov", {}).get(robot, {}), run.get("drift", {}).get(robot, {})
-        for number in (10, 23):
-            share = shares.get(f"V_dot_{number}_positive")
-            yield "" if share is None else f"{100.0 * share:.1f}"
-        for gain in (drifts.get(name, {}) for name in ("k_h_v", "k_h_omega")):
-            yield from (_number(gain[key]) if gain else "" for key in ("largest", "final", "growth"))
-
-    return _table("Stability", head, _by_robot(runs, cells))
-
-
-def _number(value: float) -> str:
-    return f"{value:.4f}" if abs(value) < 1e6 else f"{value:.3e}"
+def _of_runs(one: RunTable) -> str:
+    """Return a table of a report without its empty columns, with its legend."""
+    rows = [(law, robot, *cells) for law, by_robot in one.rows.items() for robot, cells in by_robot.items()]
+    columns = [k for k in range(2 + len(one.heads)) if k < 2 or any(row[k] for row in rows)]
+    head = [("law", "robot", *(" ".join(text.split()) for text in one.heads))[k] for k in columns]
+    table = _table(one.title, head, [[row[k] for k in columns] for row in rows])
+    return table + (f"<p>{escape(one.about)}</p>" if one.about else "")
 
 
 class Row(NamedTuple):
@@ -255,18 +165,12 @@ def _results(runs: Mapping[str, Any], scenario: Scenario) -> str:
     lines = [f"<li>{escape(line)}</li>" for line in ([why_not] if why_not else []) + report.warnings(runs)]
     warned = f'<div class="warnings"><h3>Warnings</h3><ul>{"".join(lines)}</ul></div>' if lines else ""
     sentences = "".join(f"<li>{escape(line)}</li>" for line in report.sentences(runs, printed))
-    return "\n".join(
-        [
-            f'<section id="results"><h2>Results</h2><ul>{sentences}</ul>',
-            errors(runs, printed),
-            safety(runs),
-            safety_filter(runs),
-            effort(runs),
-            stability(runs),
-            warned,
-            "</section>",
-        ]
-    )
+    untimed = {law: {key: value for key, value in run.items() if key != "wall_s"} for law, run in runs.items()}
+    first, *rest = report.run_tables(untimed, printed)
+    others = [report.error_table(runs, section, title, None) for section, title in _SECTIONS]
+    tables = [_of_runs(one) for one in (first, *others, *rest)]
+    parts = [f'<section id="results"><h2>Results</h2><ul>{sentences}</ul>', *tables, warned, "</section>"]
+    return "\n".join(parts)
 
 
 def _plots(drawn: Sequence[plots.Plot]) -> str:
@@ -387,7 +291,7 @@ def paper_page(parts: Sequence[PaperPart], left_out: Mapping[str, str], interrup
         name, runs = part.scenario.name, part.summary["controllers"]
         sentences = "".join(f"<li>{escape(line)}</li>" for line in part.sentences())
         body.append(f'<section id="{escape(name)}"><h2>Scenario {escape(name)}</h2><ul>{sentences}</ul>')
-        body.append(_error_table(runs, *_SECTIONS[0], part.printed))
+        body.append(_of_runs(next(report.run_tables(runs, part.printed))))
         for figure, content in part.pictures.items():
             source = f"data:image/png;base64,{base64.b64encode(content).decode('ascii')}"
             body.append(f'<figure id="fig{figure.number}"><h3>{escape(figure.caption)}</h3>')

@@ -106,7 +106,7 @@ class _Drawing:
             series = self.names.index(law if self.has_many_laws else self.robots[i])
             lines.append({"series": series, "points": self._track(t["x"][:, i], t["y"][:, i])})
             lines.append({"series": series, "points": self._bodies(t, i), "body": True})
-        if self.scenario.robots[self.robots[i]].formation is None:
+        if not self.scenario.robots[self.robots[i]].leaders:
             longest = max(self.runs.values(), key=lambda t: len(t.t))
             points = self._track(longest["x_r"][:, i], longest["y_r"][:, i])
             lines.append({"series": len(self.names), "points": points})

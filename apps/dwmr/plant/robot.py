@@ -41,13 +41,25 @@ ROBOT = np.dtype(
         ("n_omega", "f8"),  # [1/s]
         ("pd_mass", "f8"),  # multiplies the PD output: nominal mass, or 1 where gains are read as forces
         ("pd_inertia", "f8"),
-        ("separation", "f8"),  # from the robot's leader [m]
-        ("bearing", "f8"),  # [rad]
-        ("leader", "i8"),  # index of the robot it follows, −1 for the reference trajectory
+        ("first", "i8"),  # its places in the formation are those from the first up to but not including the last;
+        ("last", "i8"),  # without any it follows a reference
+        ("shape", "i8"),  # row of its reference among all
         ("avoids", "i8"),  # 1 if it avoids obstacles
         ("odometry", "i8"),  # 1 if it knows its posture by odometry only
         ("encoder_steps", "f8"),  # of one turn of a wheel, 0 for exact wheels
         ("delay", "f8"),  # behind the reference, for a robot that follows it [s]
+    ],
+    align=True,
+)
+
+
+#: A place that a follower is to keep.
+EDGE = np.dtype(
+    [
+        ("leader", "i8"),  # index of the robot it is relative to, −1 for the body of a virtual structure
+        ("separation", "f8"),  # [m]
+        ("bearing", "f8"),  # [rad]
+        ("weight", "f8"),  # share in the follower's place
     ],
     align=True,
 )

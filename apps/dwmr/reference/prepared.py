@@ -211,34 +211,37 @@ class Shape(NamedTuple):
             return CURVES[self.path](t, self.constants)
 
 
-def shape_of(settings: Settings, rows: Callable[[str], PathRows], places: Places) -> Shape:
+def shape_of(
+    settings: Settings, rows: Callable[[str, str], PathRows], places: Places, table: str = "reference"
+) -> Shape:
     """Make a reference ready.
 
     Args:
-        settings: The scenario's reference.
-        rows: Reads a file of the scenario's own.
+        settings: A reference of the scenario.
+        rows: Reads the file that a key names.
         places: Locations of the scenario's keys.
+        table: Key of the reference.
 
     Raises:
         DiagnosticError: When it rests somewhere, or its file is malformed.
     """
     match settings:
         case Eight():
-            return _eight(settings, places)
+            return _eight(settings, places, table)
         case Circle():
             rate = 2.0 * math.pi / settings.period * (1.0 if settings.direction == "counter-clockwise" else -1.0)
-            _require_motion(settings.radius * abs(rate), 0.0, "reference.period", places)
+            _require_motion(settings.radius * abs(rate), 0.0, f"{table}.period", places)
             constants = [settings.centre_x, settings.centre_y, settings.radius, settings.start_angle, rate]
             return Shape("circle", np.array(constants), period=settings.period)
         case Line():
-            _require_motion(settings.speed, 0.0, "reference.speed", places)
+            _require_motion(settings.speed, 0.0, f"{table}.speed", places)
             return Shape("line", np.array([settings.start_x, settings.start_y, settings.angle, settings.speed]))
         case Waypoints():
-            return _waypoints(settings, places)
-    return _csv(settings, rows(settings.file), places)
+            return _waypoints(settings, places, table)
+    return _csv(settings, rows(f"{table}.file", settings.file), places, table)
 
 
-def _eight(settings: Eight, places: Places) -> Shape:
+def _eight(settings: Eight, places: Places, table: str) -> Shape:
     turns = (2.0, 1.0) if settings.along == "y" else (1.0, 2.0)
     shape = Shape(
         "eight", np.array([settings.amplitude_x, settings.amplitude_y, settings.period, *turns]), period=settings.period
@@ -251,20 +254,20 @@ def _eight(settings: Eight, places: Places) -> Shape:
     z = max(0.0, 0.5 - (once / twice) ** 2 / 32.0) if once < 4.0 * twice else 0.0
     speed = w * math.hypot(2.0 * twice * (2.0 * z - 1.0), once * math.sqrt(z))
     when = math.acos(math.sqrt(z)) / w if w > 0.0 else 0.0
-    _require_motion(speed, when, "reference.period", places)
+    _require_motion(speed, when, f"{table}.period", places)
     return shape
 
 
-def _waypoints(settings: Waypoints, places: Places) -> Shape:
+def _waypoints(settings: Waypoints, places: Places, table: str) -> Shape:
     points = np.array(settings.points)
     closed = settings.closed
     if closed and not np.array_equal(points[0], points[-1]):
         points = np.vstack([points, points[:1]])
     if closed and len(points) < 4:
-        message = "reference.points: a closed path needs at least 3 places"
-        raise DiagnosticError([places.diagnostic("FZ904", "reference.points", message)])
+        message = f"{table}.points: a closed path needs at least 3 places"
+        raise DiagnosticError([places.diagnostic("FZ904", f"{table}.points", message)])
     gaps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    if mistakes := list(islice(_twice(gaps, len(settings.points), places), MOST_TWICE)):
+    if mistakes := list(islice(_twice(gaps, len(settings.points), places, f"{table}.points"), MOST_TWICE)):
         raise DiagnosticError(mistakes)
     u = np.concatenate([[0.0], np.cumsum(gaps)])
     coefficients = splines.cubic(u, points, closed)
@@ -272,31 +275,30 @@ def _waypoints(settings: Waypoints, places: Places) -> Shape:
     if slow < CUSP:
         k = int(np.argmin(np.abs(u - where))) % len(settings.points)
         message = (
-            f"reference.points.{k}: the path turns back on the spot near place {k}, where its direction is undefined"
+            f"{table}.points.{k}: the path turns back on the spot near place {k}, where its direction is undefined"
         )
         help_text = "lead it around the corner with one more place"
-        raise DiagnosticError([places.diagnostic("FZ904", "reference.points", message, help=help_text)])
+        raise DiagnosticError([places.diagnostic("FZ904", f"{table}.points", message, help=help_text)])
     s, by_length = splines.by_length(u, coefficients, closed)
     tempo = settings.speed if settings.speed is not None else float(s[-1]) / (settings.duration or math.inf)
-    key = "reference.speed" if settings.speed is not None else "reference.duration"
-    _require_motion(tempo, 0.0, key, places)
+    _require_motion(tempo, 0.0, f"{table}.{'speed' if settings.speed is not None else 'duration'}", places)
     return _spline(s / tempo, by_length * tempo ** np.arange(4), closed)
 
 
-def _twice(gaps: FloatArray, count: int, places: Places) -> Iterable[Diagnostic]:
+def _twice(gaps: FloatArray, count: int, places: Places, key: str) -> Iterable[Diagnostic]:
     """Refuse places that are the same as the ones before them."""
     for k in np.flatnonzero(gaps < SAME):
         after = (int(k) + 1) % count
-        message = f"reference.points.{after} is the same place as reference.points.{int(k)}"
-        yield places.diagnostic("FZ904", "reference.points", message, facts=("a reference must not rest",))
+        message = f"{key}.{after} is the same place as {key}.{int(k)}"
+        yield places.diagnostic("FZ904", key, message, facts=("a reference must not rest",))
 
 
-def _csv(settings: CsvPath, rows: PathRows, places: Places) -> Shape:
+def _csv(settings: CsvPath, rows: PathRows, places: Places, table: str) -> Shape:
     coefficients = splines.cubic(rows.t, rows.points, settings.closed)
     if settings.closed and np.linalg.norm(rows.points[-1] - rows.points[0]) > SAME:
         first, last = (f"({x:g}, {y:g})" for x, y in (rows.points[0], rows.points[-1]))
-        message = f"reference.closed = true, but {settings.file} begins at {first} and ends at {last}"
-        raise DiagnosticError([places.diagnostic("FZ904", "reference.closed", message)])
+        message = f"{table}.closed = true, but {settings.file} begins at {first} and ends at {last}"
+        raise DiagnosticError([places.diagnostic("FZ904", f"{table}.closed", message)])
     slow, when = splines.slowest(rows.t, coefficients)
     if slow < SLOWEST:
         raise DiagnosticError([rows.standstill(when, slow, SLOWEST)])

@@ -72,7 +72,7 @@ def compensation(trajectory: Trajectory, scenario: Scenario, channel: str) -> Fl
 
 def followers(scenario: Scenario) -> tuple[str, ...]:
     """Return the names of the robots that follow another one."""
-    return tuple(name for name, robot in scenario.robots.items() if robot.formation is not None)
+    return tuple(name for name, robot in scenario.robots.items() if robot.leaders)
 
 
 def avoiders(scenario: Scenario) -> tuple[str, ...]:
@@ -84,14 +84,16 @@ def avoiders(scenario: Scenario) -> tuple[str, ...]:
 def formation_error(trajectory: Trajectory, scenario: Scenario, robot: str) -> tuple[FloatArray, FloatArray]:
     """Return L_ijd − L_ij [m] and Ψ_ijd − Ψ_ij, wrapped [rad], of a follower, each of shape (samples,).
 
+    Of several leaders the first one counts.
+
     Raises:
         ValueError: For a robot that follows none.
 
     Source:
         Goto, Bertol, Martins, Eqs. (44), (45) and the aim of section 2.
     """
-    wanted = scenario.robots[robot].formation
-    if wanted is None:
+    wanted = next((one for one in scenario.robots[robot].edges if one.leader is not None), None)
+    if wanted is None or wanted.leader is None:
         raise ValueError(f"{robot} follows no robot")
     i, j = trajectory.robots.index(wanted.leader), trajectory.robots.index(robot)
     x, y, theta = trajectory["x"], trajectory["y"], trajectory["theta"]

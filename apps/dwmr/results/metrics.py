@@ -241,15 +241,19 @@ def _energy(trajectory: Trajectory, scenario: Scenario, robot: str) -> float:
 def _amplification(trajectory: Trajectory, scenario: Scenario) -> dict[str, float | None]:
     """Return the error of each follower over that of its leader, root mean squares of the distances from their places.
 
-    None for a leader without an error.
+    Of several leaders the weighted mean counts. None for leaders without an error.
 
     Source:
         Swaroop, Hedrick, String stability of interconnected systems, IEEE Transactions on Automatic Control 41, 1996.
     """
     places = zip(trajectory.robots, trajectory["x_e"].T, trajectory["y_e"].T, strict=True)
     far = {name: rmse(np.hypot(x_e, y_e)) for name, x_e, y_e in places}
-    leaders = {n: one.formation.leader for n, one in scenario.robots.items() if one.formation is not None}
-    return {name: far[name] / far[leader] if far[leader] > 0.0 else None for name, leader in leaders.items()}
+    ahead = {
+        name: sum(one.weight * far[one.leader] for one in robot.edges if one.leader is not None)
+        for name, robot in scenario.robots.items()
+        if robot.leaders
+    }
+    return {name: far[name] / before if before > 0.0 else None for name, before in ahead.items()}
 
 
 def _condition_violated(trajectory: Trajectory, scenario: Scenario, robot: str) -> float:

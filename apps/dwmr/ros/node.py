@@ -18,7 +18,7 @@ from dwmr.core.geometry import ahead, wrap, yaw
 from dwmr.core.jit import collected_errors, first_class_functions
 from dwmr.scenario.model import Omnidirectional
 from dwmr.scenario.vehicle_limits import limited
-from dwmr.simulation.periods import Periods, Simulation
+from dwmr.simulation.periods import Periods, Simulation, first_directions
 from dwmr.simulation.simulate import Stop, reason_of
 from fuzzyctl.ros.program import Period
 
@@ -97,16 +97,14 @@ class FormationCommands:
 
     def _measure(self, odometry: Sequence[Odometry]) -> None:
         """Write the measured states into the loop, whose orientations are not wrapped."""
-        state, names = self._periods.memory.plant, list(self._robots)
+        state = self._periods.memory.plant
         for i, (one, robot) in enumerate(zip(odometry, self._robots.values(), strict=True)):
             theta = one.theta if self._next == 0 else state[i, 2] + wrap(one.theta - state[i, 2])
             state[i, :5] = (*ahead(one.x, one.y, theta, robot.d), theta, one.v, one.omega)
             if isinstance(robot.vehicle, Omnidirectional) and self._periods.vehicles is not None:
                 self._periods.vehicles.state[i, 0] = one.v_y
         if self._next == 0:  # θ*_jr(0) = θ_i(0), as it is and not as the scenario says
-            for i, robot in enumerate(self._robots.values()):
-                if robot.formation is not None:
-                    self._periods.memory.theta_star[i] = state[names.index(robot.formation.leader), 2]
+            self._periods.memory.theta_star[:] = first_directions(self._periods.simulation, state[:, 2])
 
 
 #: Quaternions whose length is farther from 1 are not orientations.

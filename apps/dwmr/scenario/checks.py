@@ -9,6 +9,7 @@ from pathlib import Path
 
 from dwmr.control import laws as controllers
 from dwmr.control.rule_requirements import ROLES
+from dwmr.scenario.graph import formation_mistakes, unknown
 from dwmr.scenario.guard import safety_mistakes
 from dwmr.scenario.mistakes import unknown_role
 from dwmr.scenario.model import Communication, RigidBody, Robot, Scenario
@@ -16,7 +17,6 @@ from dwmr.scenario.outlines import distance_from
 from dwmr.scenario.remarks import MOST_OF_A_KIND, overlaps
 from dwmr.scenario.vehicle_limits import others, vehicles
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.scenario_keys import Places, split_key
 
 
@@ -84,7 +84,7 @@ STABLE_STEP = 2.785
 def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Check values of several keys together; of mistakes of one kind the first ones are reported."""
     checks = (
-        _laws, _roles, _obstacles, _starts, _formation, _messages, _disturbed, _length, _steps, rigid_bodies,
+        _laws, _roles, _obstacles, _starts, formation_mistakes, _messages, _disturbed, _length, _steps, rigid_bodies,
         safety_mistakes, vehicles,
     )  # fmt: skip
     for check in checks:
@@ -101,7 +101,7 @@ def _laws(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     for law, key in named.items():
         if not controllers.exists(law, folder):
             beside = f"there is no {law}.fz or {law}.py beside the scenario"
-            yield _unknown(places, key, law, "controller", names, (beside,) if law.isidentifier() else ())
+            yield unknown(places, key, law, "controller", names, (beside,) if law.isidentifier() else ())
 
 
 def _roles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
@@ -141,31 +141,6 @@ def _starts(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
                 yield places.diagnostic("FZ904", f"robots.{name}.x_0", message)
 
 
-def _formation(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    names = tuple(scenario.robots)
-    for name, robot in scenario.robots.items():
-        if robot.formation is None:
-            continue
-        key, leader = f"robots.{name}.formation.leader", robot.formation.leader
-        if leader not in names:
-            yield _unknown(places, key, leader, "robot", names)
-        elif leader == name:
-            yield places.diagnostic("FZ904", key, f"{key} = {leader!r}: a robot cannot follow itself")
-        elif circle := _circle(scenario, name):
-            message = f"{key} leads back to {name}: {' -> '.join(circle)}; some robot must follow the reference"
-            yield places.diagnostic("FZ904", key, message)
-        elif robot.avoids_obstacles:
-            key = f"robots.{name}.avoids_obstacles"
-            message = f"{key} = true, but {name} follows {leader}: only a robot on the reference avoids"
-            yield places.diagnostic("FZ904", key, message)
-        if robot.delay != 0.0:
-            key = f"robots.{name}.delay"
-            message = (
-                f"{key} = {robot.delay:g} s, but {name} follows {leader}: only a robot on the reference has a delay"
-            )
-            yield places.diagnostic("FZ904", key, message)
-
-
 def _messages(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Refuse messages late or lost if a leader may move sideways, which they do not tell."""
     if scenario.communication != Communication() and others(scenario):
@@ -173,24 +148,12 @@ def _messages(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
         yield places.diagnostic("FZ904", "communication", message, help="leave [communication] out")
 
 
-def _circle(scenario: Scenario, name: str) -> tuple[str, ...]:
-    """Return the way from a robot over its leaders back to itself, or nothing."""
-    way = [name]
-    formation = scenario.robots[name].formation
-    while formation is not None and formation.leader in scenario.robots:
-        if formation.leader in way:
-            return (*way, name) if formation.leader == name else ()
-        way.append(formation.leader)
-        formation = scenario.robots[formation.leader].formation
-    return ()
-
-
 def _disturbed(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     names = tuple(scenario.robots)
     for k, one in enumerate(scenario.disturbances):
         for robot_name in one.robots or ():
             if robot_name not in names:
-                yield _unknown(places, f"disturbances.{k}.robots", robot_name, "robot", names)
+                yield unknown(places, f"disturbances.{k}.robots", robot_name, "robot", names)
 
 
 def _length(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
@@ -238,11 +201,3 @@ def _unstable(scenario: Scenario, places: Places, key: str, lag: float, what: st
     resolved, _, _ = places.resolve(tuple(split_key(key)))
     where = "run.substeps" if places.given("run", "substeps") else "run.dt" if places.given("run", "dt") else key
     return places.diagnostic("FZ904", where, f"{resolved}: {message}", facts=facts, help=help_text)
-
-
-def _unknown(
-    places: Places, key: str, name: str, kind: str, known: tuple[str, ...], facts: tuple[str, ...] = ()
-) -> Diagnostic:
-    message = f"{key} names an unknown {kind} {name!r}"
-    facts = (f"there are {', '.join(known)}", *facts)
-    return places.diagnostic("FZ904", key, message, facts=facts, help=did_you_mean(name, known))

@@ -51,6 +51,7 @@ class ScenarioFile:
         places: Locations of its keys.
         sha256: Of its file and, where there are any, of the files it extends and of its path's CSV.
         shape: The reference, ready for the loop.
+        shapes: The same of robots with a table `reference`, by name.
         warnings: Surprising effects of its values.
         folders: Where files that it names are looked for: beside it, then beside the scenarios it extends.
         files: Its file and those of the scenarios it extends.
@@ -61,6 +62,7 @@ class ScenarioFile:
     places: Places
     sha256: str
     shape: Shape = field(repr=False, compare=False)
+    shapes: Mapping[str, Shape] = field(repr=False, compare=False)
     warnings: tuple[Diagnostic, ...] = ()
     folders: tuple[Path, ...] = ()
     files: tuple[Path, ...] = ()
@@ -126,11 +128,12 @@ def read(path: str | Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     mistakes = list(without_effect(idle, scenario.robots, places))
     mistakes += dict.fromkeys(cross_checks(scenario, places))
     try:
-        shape = shape_of(scenario.reference, _reader(folders, places, digest.update), places)
+        shape, shapes = _shapes(scenario, _reader(folders, places, digest.update), places)
     except DiagnosticError as error:
         raise DiagnosticError([*mistakes, *error.diagnostics]) from None
+    paths = {name: shapes.get(name, shape) for name in scenario.robots}
     if not mistakes:
-        mistakes += turning(scenario, shape, places)
+        mistakes += turning(scenario, paths, places)
     if mistakes:
         raise DiagnosticError(mistakes)
     # values of each robot in an extending scenario or by --set are not mistakes of the table below
@@ -139,28 +142,35 @@ def read(path: str | Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     warned = without_effect(idle, scenario.robots, places)
     warnings = (
         *remarks(scenario, places),
-        *too_slow(scenario, shape, places),
+        *too_slow(scenario, paths, places),
         *(dataclasses.replace(one, severity="warning") for one in warned),
     )
-    return ScenarioFile(scenario, path, places, digest.hexdigest(), shape, warnings, folders, files)
+    return ScenarioFile(scenario, path, places, digest.hexdigest(), shape, shapes, warnings, folders, files)
+
+
+def _shapes(scenario: Scenario, rows: Callable[[str, str], PathRows], places: Places) -> tuple[Shape, dict[str, Shape]]:
+    """Return the reference of the scenario, and those of robots with a table `reference`."""
+    references = {name: robot.reference for name, robot in scenario.robots.items() if robot.reference is not None}
+    shape = shape_of(scenario.reference, rows, places)
+    return shape, {name: shape_of(one, rows, places, f"robots.{name}.reference") for name, one in references.items()}
 
 
 def _too_deep(path: Path) -> DiagnosticError:
     return DiagnosticError([Diagnostic("FZ901", "tables are nested too deeply", file=str(path))])
 
 
-def _reader(folders: Sequence[Path], places: Places, note: Callable[[bytes], object]) -> Callable[[str], PathRows]:
-    """Return a function that reads a path's CSV file, looked for in some folders; `note` receives its content."""
+def _reader(folders: Sequence[Path], places: Places, note: Callable[[bytes], object]) -> Callable[[str, str], PathRows]:
+    """Return a function that reads the CSV file of a key, looked for in some folders; `note` receives its content."""
 
-    def rows(name: str) -> PathRows:
+    def rows(key: str, name: str) -> PathRows:
         for folder in folders:
             if exists(folder / name):
                 content = read_bytes(folder / name, LARGEST_PATH, "a path needs a row every few seconds")
                 note(content)
                 return read_rows(str(folder / name), content)
-        message = f"reference.file = {name[:200]!r} names a file that does not exist"
+        message = f"{key} = {name[:200]!r} names a file that does not exist"
         facts = (f"looked in {', '.join(str(f) for f in folders)}",)
-        raise DiagnosticError([places.diagnostic("FZ904", "reference.file", message, facts=facts)])
+        raise DiagnosticError([places.diagnostic("FZ904", key, message, facts=facts)])
 
     return rows
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -106,19 +105,7 @@ def safety_mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
         message = f"run.record_every = {scenario.run.record_every}: the measures of [safety] need every control period"
         yield places.diagnostic("FZ904", "run.record_every", message, help="leave it out")
     yield from _noisy(scenario, settings, places)
-    help_text = "start them farther apart, shorten run.dt, or lower safety.margin or safety.lookahead"
-    for one in _starts(scenario, settings):
-        if one.distance < one.least:
-            message = (
-                f"robots.{one.name} starts too close to {one.other} for [safety]: its guarded point is "
-                f"{one.distance:.4g} m from {one.what}, {one.least:.4g} m are kept"
-            )
-            moved = one.least - sum(one.radii) - settings.margin
-            facts = (
-                f"kept are the radii {one.radii[0]:.4g} m and {one.radii[1]:.4g} m, the margin {settings.margin:g} m, "
-                f"and {moved:.3g} m that both may move in half a period",
-            )
-            yield places.diagnostic("FZ904", f"robots.{one.name}.x_0", message, facts=facts, help=help_text)
+    yield from _too_close(scenario, settings, places)
 
 
 def _noisy(scenario: Scenario, settings: SafetySettings, places: Places) -> Iterable[Diagnostic]:
@@ -137,48 +124,34 @@ def _noisy(scenario: Scenario, settings: SafetySettings, places: Places) -> Iter
             yield places.diagnostic("FZ904", f"robots.{name}.noise", message, help=help_text)
 
 
-class Start(NamedTuple):
-    """Two that keep apart, at the start.
+def _too_close(scenario: Scenario, settings: SafetySettings, places: Places) -> Iterable[Diagnostic]:
+    """Refuse robots that start closer to a robot before them or to an obstacle than is kept.
 
-    Attributes:
-        name: The robot.
-        other: Key of the other robot or of the obstacle.
-        what: The other's centre, in words.
-        distance: Of the robot's guarded point from it [m].
-        least: R [m].
-        radii: Of the two discs [m].
+    A start inside of an obstacle is another mistake.
     """
-
-    name: str
-    other: str
-    what: str
-    distance: float
-    least: float
-    radii: tuple[float, float]
-
-
-def _starts(scenario: Scenario, settings: SafetySettings) -> Iterator[Start]:
-    """Yield each robot with the robots before it and all obstacles; a start inside of one is another mistake."""
     least, radii, names = safety_of(scenario, settings).least, radii_of(scenario, settings), tuple(scenario.robots)
-    discs, n = settings.discs, settings.discs * len(names)
-    points = [
-        point
-        for robot in scenario.robots.values()
-        for point in _points(robot, settings, robot.x_0, robot.y_0, robot.theta_0)
-    ]
+    discs, robots = settings.discs, tuple(scenario.robots.values())
+    points = [point for r in robots for point in _points(r, settings, r.x_0, r.y_0, r.theta_0)]
+    points += [np.array([one.x, one.y]) for one in scenario.obstacles]
+    others = [(f"robots.{name}", "that one's", range(j * discs, (j + 1) * discs)) for j, name in enumerate(names)]
+    rings = [(f"obstacles.{a}", "its centre", [len(names) * discs + a]) for a in range(len(scenario.obstacles))]
     for i, name in enumerate(names):
-        discs_here = range(i * discs, (i + 1) * discs)
-        for j in range(i):
-            distance, p, q = min(
-                (math.dist(points[p], points[q]), p, q) for p in discs_here for q in range(j * discs, (j + 1) * discs)
-            )
-            yield Start(name, f"robots.{names[j]}", "that one's", distance, float(least[p, q]), (radii[p], radii[q]))
-        for a, obstacle in enumerate(scenario.obstacles):
-            if distance_from(obstacle, scenario.robots[name]) <= obstacle.radius:
-                continue
-            distance, p = min((math.dist(points[p], (obstacle.x, obstacle.y)), p) for p in discs_here)
-            bound, both = float(least[p, n + a]), (radii[p], obstacle.radius)
-            yield Start(name, f"obstacles.{a}", "its centre", distance, bound, both)
+        outside = [distance_from(one, robots[i]) > one.radius for one in scenario.obstacles]
+        free = [ring for ring, is_free in zip(rings, outside, strict=True) if is_free]
+        for other, centre, theirs in (*others[:i], *free):
+            distance, p, q = min((math.dist(points[p], points[q]), p, q) for p in others[i][2] for q in theirs)
+            if distance < least[p, q]:
+                message = (
+                    f"robots.{name} starts too close to {other} for [safety]: its guarded point is {distance:.4g} m "
+                    f"from {centre}, {least[p, q]:.4g} m are kept"
+                )
+                moved = least[p, q] - radii[p] - radii[q] - settings.margin
+                facts = (
+                    f"kept are the radii {radii[p]:.4g} m and {radii[q]:.4g} m, the margin {settings.margin:g} m, "
+                    f"and {moved:.3g} m that both may move in half a period",
+                )
+                help_text = "start them farther apart, shorten run.dt, or lower safety.margin or safety.lookahead"
+                yield places.diagnostic("FZ904", f"robots.{name}.x_0", message, facts=facts, help=help_text)
 
 
 def _points(robot: Robot, settings: SafetySettings, x: float, y: float, theta: float) -> list[FloatArray]:
@@ -259,11 +232,11 @@ def _beyond_error(scenario: Scenario, settings: SafetySettings, places: Places) 
 def _too_narrow(scenario: Scenario, settings: SafetySettings, places: Places) -> Iterable[Diagnostic]:
     """Find followers whose place in the formation is nearer to their leader than the barrier lets them rest."""
     safety, names = safety_of(scenario, settings), list(scenario.robots)
-    for name, robot in scenario.robots.items():
-        if robot.formation is None:
+    for name, place in ((name, edge) for name, robot in scenario.robots.items() for edge in robot.edges):
+        if place.leader is None:
             continue
-        leader = scenario.robots[robot.formation.leader]
-        i, j, place = names.index(name), names.index(robot.formation.leader), robot.formation
+        robot, leader = scenario.robots[name], scenario.robots[place.leader]
+        i, j = names.index(name), names.index(place.leader)
         # both look along x, the leader's axle is at 0
         x, y = place.separation * math.cos(place.bearing), place.separation * math.sin(place.bearing)
         behind, ahead = _points(robot, settings, x, y, 0.0), _points(leader, settings, leader.d, 0.0, 0.0)

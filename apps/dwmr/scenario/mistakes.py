@@ -180,7 +180,7 @@ def _shipped(role: str) -> str:
 
 
 def _as_written(path: tuple[str, ...]) -> tuple[str, ...]:
-    """Take out the kind of a reference or a vehicle, which pydantic names in between."""
+    """Take out the kind of a reference, vehicle or formation, which pydantic names in between."""
     for k, part in enumerate(path[1:], 1):
         if (path[k - 1], part) in _KINDS:
             return (*path[:k], *path[k + 1 :])
@@ -219,7 +219,12 @@ def _kind(model: Any) -> str:
 
 #: Pairs of a table and a kind of it.
 _KINDS = {("reference", _kind(m)) for m in get_args(Scenario.model_fields["reference"].annotation)}
-_KINDS |= {("vehicle", _kind(m)) for m in get_args(Robot.model_fields["vehicle"].annotation) if m is not type(None)}
+_KINDS |= {
+    (key, _kind(m))
+    for key in ("vehicle", "formation")
+    for m in get_args(Robot.model_fields[key].annotation)
+    if m is not type(None)
+}
 
 
 def _is_model(kind: Any) -> bool:

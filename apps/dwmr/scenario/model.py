@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
-from pydantic import AfterValidator, ConfigDict, Field, Strict, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, Strict, field_validator, model_validator
 
 from dwmr.config.quantities import FARTHEST, Section, place, quantity
 from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
 from dwmr.control.rule_files import RuleFile
-from dwmr.reference.prepared import Coordinate, ReferenceSettings
+from dwmr.reference.prepared import Coordinate, ReferenceSettings, Settings
 
 #: Table of a scenario whose values every robot takes over unless it has others.
 COMMON = "robot"
@@ -49,6 +49,8 @@ class Omnidirectional(Section):
 LONGEST_LIST = 1000
 #: Largest speed of an obstacle [m/s].
 FASTEST_OBSTACLE = 1e6
+#: Largest difference of a sum of weights from 1, for weights with six decimals [-].
+ROUNDED_WEIGHTS = 1e-5
 #: From −2π to 2π, with the digits of those who round up [rad].
 FULL_TURN = 6.2832
 
@@ -156,12 +158,85 @@ class InnerLoop(Section):
     n_omega: float = quantity("derivative filter, angular", "1/s", gt=0)
 
 
-class Formation(Section):
-    """Place of a follower in the formation."""
+class Edge(NamedTuple):
+    """A place that a follower is to keep, relative to a robot or to the body of a virtual structure.
 
+    Attributes:
+        leader: Name of the robot, None for the body.
+        separation: From the robot's axle, or from the reference [m].
+        bearing: Counter-clockwise from the direction of either [rad].
+        weight: Share in the follower's place [-].
+        key: Of the leader's name, below `formation`.
+    """
+
+    leader: str | None
+    separation: float
+    bearing: float
+    weight: float = 1.0
+    key: str = "leader"
+
+
+class SeparationBearing(Section):
+    """Place of a follower relative to one robot, the formation of the paper."""
+
+    kind: Literal["separation-bearing"]
     leader: str = Field(description="name of the robot it follows")
     separation: float = quantity("desired distance L_ijd from the leader's axle", "m", gt=0, le=FARTHEST)
     bearing: float = quantity("desired bearing Ψ_ijd", "rad", ge=-FULL_TURN, le=FULL_TURN)
+
+    @property
+    def edges(self) -> tuple[Edge, ...]:
+        """The places whose weighted mean the follower keeps."""
+        return (Edge(self.leader, self.separation, self.bearing),)
+
+
+class VirtualStructure(Section):
+    """Place of a robot in a rigid body that moves along the reference."""
+
+    kind: Literal["virtual-structure"]
+    separation: float = quantity("distance from the reference", "m", ge=0, le=FARTHEST)
+    bearing: float = quantity("bearing from its direction of travel", "rad", ge=-FULL_TURN, le=FULL_TURN)
+
+    @property
+    def edges(self) -> tuple[Edge, ...]:
+        """The only place."""
+        return (Edge(None, self.separation, self.bearing),)
+
+
+class Neighbour(Section):
+    """Place of a follower relative to one of its neighbours."""
+
+    leader: str = Field(description="name of the neighbour")
+    separation: float = quantity("desired distance from the neighbour's axle", "m", gt=0, le=FARTHEST)
+    bearing: float = quantity("desired bearing from the neighbour", "rad", ge=-FULL_TURN, le=FULL_TURN)
+    weight: float | None = quantity("share in the mean, absent for equal shares", "-", gt=0, le=1, default=None)
+
+
+class Consensus(Section):
+    """Place of a follower as the weighted mean of those relative to its neighbours."""
+
+    kind: Literal["consensus"]
+    neighbours: Annotated[tuple[Neighbour, ...], Strict(False)] = Field(
+        description="robots and places relative to them", min_length=1, max_length=LONGEST_LIST
+    )
+
+    @model_validator(mode="after")
+    def _shares(self) -> Consensus:
+        weights = [one.weight for one in self.neighbours if one.weight is not None]
+        if weights and len(weights) < len(self.neighbours):
+            raise ValueError("give a weight to each neighbour, or to none")
+        if weights and abs(math.fsum(weights) - 1.0) > ROUNDED_WEIGHTS:
+            raise ValueError(f"the weights sum to {math.fsum(weights):.6g}, expected 1")
+        return self
+
+    @property
+    def edges(self) -> tuple[Edge, ...]:
+        """The places whose weighted mean the follower keeps."""
+        share = 1.0 / len(self.neighbours)
+        return tuple(
+            Edge(one.leader, one.separation, one.bearing, one.weight or share, f"neighbours.{k}.leader")
+            for k, one in enumerate(self.neighbours)
+        )
 
 
 class FormationSettings(Section):
@@ -237,7 +312,14 @@ class Robot(Section):
     friction: Friction
     actuator: Actuator
     inner_loop: InnerLoop
-    formation: Formation | None = Field(default=None, description="absent for a robot that follows the reference")
+    reference: Settings | None = Field(
+        default=None,
+        discriminator="kind",
+        description="its own path, for a robot without a formation; absent, that of the scenario",
+    )
+    formation: SeparationBearing | VirtualStructure | Consensus | None = Field(
+        default=None, discriminator="kind", description="absent for a robot that follows a reference"
+    )
     delay: float = quantity(
         "time by which a robot on the reference is behind it, negative ahead", "s", ge=-1e6, le=1e6, default=0.0
     )
@@ -249,6 +331,21 @@ class Robot(Section):
         "with [safety] only",
     )
     controllers: Controllers
+
+    @field_validator("formation", mode="before")
+    @classmethod
+    def _usual_kind(cls, value: object) -> object:
+        return {"kind": "separation-bearing", **value} if isinstance(value, dict) else value
+
+    @property
+    def edges(self) -> tuple[Edge, ...]:
+        """The places whose weighted mean it keeps; none on a reference."""
+        return self.formation.edges if self.formation else ()
+
+    @property
+    def leaders(self) -> tuple[str, ...]:
+        """Names of the robots that it follows."""
+        return tuple(one.leader for one in self.edges if one.leader is not None)
 
 
 #: Time, x and y of an obstacle [s, m, m].

@@ -13,6 +13,7 @@ from dwmr.control.fuzzy_gains import Rules
 from dwmr.core.arrays import FloatArray
 from dwmr.reference.prepared import Shape
 from dwmr.scenario.file import ScenarioFile
+from dwmr.scenario.graph import in_order
 from dwmr.scenario.model import Robot, Scenario
 from dwmr.scenario.outlines import largest_speed
 
@@ -57,29 +58,19 @@ def _facts(file: ScenarioFile, rules: Rules, t: FloatArray, path: FloatArray) ->
     }
 
 
-def in_order(scenario: Scenario) -> dict[str, int]:
-    """Return the robots as a tree is read, each leader right before its followers, with their depth in the tree."""
-    followers: dict[str | None, list[str]] = {}
-    for name, robot in scenario.robots.items():
-        followers.setdefault(robot.formation.leader if robot.formation else None, []).append(name)
-    depths: dict[str, int] = {}
-    waiting = [(name, 0) for name in reversed(followers.get(None, []))]
-    while waiting:
-        name, depth = waiting.pop()
-        depths[name] = depth
-        waiting += [(below, depth + 1) for below in reversed(followers.get(name, []))]
-    return depths
-
-
 def _robot(scenario: Scenario, name: str, depth: int) -> dict[str, Any]:
     robot = scenario.robots[name]
-    formation = robot.formation
+    edge = next(iter(robot.edges), None)
+    several = {"neighbours": [one._asdict() for one in robot.edges]} if len(robot.edges) > 1 else {}
     return {
         "name": name,
         "depth": depth,
-        "leader": formation.leader if formation else None,
-        "separation": formation.separation if formation else None,
-        "bearing": formation.bearing if formation else None,
+        "formation": robot.formation.kind if robot.formation else None,
+        "leader": edge.leader if edge else None,
+        "separation": edge.separation if edge else None,
+        "bearing": edge.bearing if edge else None,
+        **several,
+        **({"reference": robot.reference.model_dump()} if robot.reference else {}),
         "delay": robot.delay,
         "start": [robot.x_0, robot.y_0, robot.theta_0],
         "d": robot.d,

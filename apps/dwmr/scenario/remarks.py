@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, islice
 
 import numpy as np
 
+from dwmr.core.arrays import Reference
 from dwmr.reference.prepared import Shape
+from dwmr.scenario.graph import followed
 from dwmr.scenario.guard import safety_remarks
 from dwmr.scenario.model import Ackermann, Scenario, Window
 from dwmr.scenario.outlines import gap_between, gap_to_point, outline, start
@@ -40,11 +42,11 @@ def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
         yield from (dataclasses.replace(one, severity="warning") for one in islice(diagnostics, MOST_OF_A_KIND))
 
 
-def too_slow(scenario: Scenario, shape: Shape, places: Places) -> Iterable[Diagnostic]:
-    """Warn of robots on the reference that may not move as fast as it does somewhere."""
-    end = min(scenario.run.horizon, shape.end, shape.period or math.inf)
-    path = [(t, shape.at(t)) for t in np.linspace(0.0, end, _PLACES, endpoint=False).tolist()]
+def too_slow(scenario: Scenario, shapes: Mapping[str, Shape], places: Places) -> Iterable[Diagnostic]:
+    """Warn of robots on a reference that may not move as fast as it does somewhere."""
+    paths = {id(one): _along(one, scenario.run.horizon) for one in shapes.values()}
     for name, robot in scenario.robots.items():
+        path = paths[id(shapes[name])]
         for key, field, unit in (("v_limit", "v", "m/s"), ("omega_limit", "omega", "rad/s")):
             if robot.formation is not None or (key == "omega_limit" and isinstance(robot.vehicle, Ackermann)):
                 continue  # a car is limited by its steering
@@ -58,6 +60,12 @@ def too_slow(scenario: Scenario, shape: Shape, places: Places) -> Iterable[Diagn
                 )
                 one = places.diagnostic("FZ904", f"robots.{name}.actuator.{key}", message)
                 yield dataclasses.replace(one, severity="warning")
+
+
+def _along(shape: Shape, horizon: float) -> list[tuple[float, Reference]]:
+    """Return times and references all along a path."""
+    end = min(horizon, shape.end, shape.period or math.inf)
+    return [(t, shape.at(t)) for t in np.linspace(0.0, end, _PLACES, endpoint=False).tolist()]
 
 
 def overlaps(circles: Sequence[tuple[float, float, float]]) -> Iterable[tuple[int, int, float]]:
@@ -88,9 +96,10 @@ def _together(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     robots: dict[object, str] = {}
     for name, robot in scenario.robots.items():
         formation = robot.formation
-        goal = formation or robot.delay
+        goal = formation or (robot.reference, robot.delay)
         if goal in robots:
-            where = f"the same place behind {formation.leader}" if formation else "the same place of the reference"
+            behind = f"the same place behind {followed(scenario, name)}"
+            where = behind if formation else "the same place of the reference"
             message = f"robots.{name} and robots.{robots[goal]} are sent to {where}"
             help_text = "give one another separation or bearing" if formation else "give one a delay, or a leader"
             key = f"robots.{name}.formation" if formation else f"robots.{name}"

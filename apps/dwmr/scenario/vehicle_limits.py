@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -11,7 +11,8 @@ import numpy as np
 
 from dwmr.core.arrays import FloatArray
 from dwmr.reference.prepared import Shape
-from dwmr.scenario.model import Ackermann, Omnidirectional, Robot, Scenario
+from dwmr.scenario.graph import way
+from dwmr.scenario.model import Ackermann, Edge, Omnidirectional, Robot, Scenario
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.experiments.scenario_keys import Places
 
@@ -92,19 +93,25 @@ def bends(scenario: Scenario, shape: Shape) -> list[Bend]:
     return curve
 
 
-def turning(scenario: Scenario, shape: Shape, places: Places) -> Iterable[Diagnostic]:
+def turning(scenario: Scenario, shapes: Mapping[str, Shape], places: Places) -> Iterable[Diagnostic]:
     """Refuse paths, and places in a formation, whose bends are closer, or change faster, than a car can be steered."""
     cars = {name: one for name, one in others(scenario).items() if isinstance(one, Ackermann)}
-    along = [one for one in bends(scenario, shape) if math.isfinite(one.curvature)] if cars else []
-    curved = [one for one in along if one.curvature != 0.0]
-    for name, car in cars.items() if curved else ():
-        robot = scenario.robots[name]
-        radii = [point_radius(scenario, name, 1.0 / one.curvature) for one in curved]
+    paths: dict[int, list[Bend]] = {}
+    for name, car in cars.items():
+        robot, robots = scenario.robots[name], way(scenario, name)
+        shape = shapes[robots[0][0]]
+        if id(shape) not in paths:
+            paths[id(shape)] = [one for one in bends(scenario, shape) if math.isfinite(one.curvature)]
+        along = paths[id(shape)]
+        curved = [one for one in along if one.curvature != 0.0]
+        if not curved:
+            continue
+        radii = [turn_radii(scenario, robots, 1.0 / one.curvature)[0] for one in curved]
         k = min(range(len(radii)), key=np.round(radii, 6).__getitem__)  # the first one of a circle
         if math.hypot(car.turning_radius, robot.d) > radii[k]:
             yield _too_close(name, robot, car, curved[k], radii[k], places)
             continue
-        angles = [math.atan(car.wheelbase * _axle_curvature(scenario, name, one.curvature)) for one in along]
+        angles = [math.atan(car.wheelbase * _axle_curvature(scenario, robots, one.curvature)) for one in along]
         rates = np.abs(np.diff(angles)) / np.diff([one.t for one in along])
         if rates.max(initial=0.0) > car.steering_rate:
             k = int(rates.argmax())
@@ -135,43 +142,44 @@ def curvature(scenario: Scenario, name: str, key: str, asked: float, places: Pla
         yield replace(places.diagnostic("FZ904", key, message, facts=facts, help=help_text), severity="warning")
 
 
-def _axle_curvature(scenario: Scenario, name: str, curvature: float) -> float:
+#: Robots from the reference on, each with its edge, see `graph.way`.
+Way = Sequence[tuple[str, Edge | None]]
+
+
+def _axle_curvature(scenario: Scenario, robots: Way, curvature: float) -> float:
     """Return the curvature of the way of a robot's axle while the formation turns, positive to the left [1/m]."""
-    return 1.0 / axle_radius(scenario, name, 1.0 / curvature) if curvature != 0.0 else 0.0
+    return 1.0 / turn_radii(scenario, robots, 1.0 / curvature)[1] if curvature != 0.0 else 0.0
 
 
-def axle_radius(scenario: Scenario, name: str, radius: float) -> float:
-    """Return the radius of the middle of a robot's axle while the formation turns, positive to the left [m].
+def turn_radii(scenario: Scenario, robots: Way, radius: float) -> tuple[float, float]:
+    """Return the radii of a robot while the formation turns about one centre.
 
     Args:
         scenario: The formation.
-        name: The robot.
+        robots: The way to the robot.
         radius: Of the reference, positive to the left [m].
+
+    Returns:
+        Of its reference point, and of the middle of its axle, positive to the left [m].
     """
-    robot = scenario.robots[name]
-    left = point_radius(scenario, name, radius) ** 2 - robot.d**2
-    return math.copysign(math.sqrt(max(0.0, left)), radius)
-
-
-def point_radius(scenario: Scenario, name: str, radius: float) -> float:
-    """Return the radius of the place that a robot's reference point has while the formation turns about one centre [m].
-
-    Arguments as for `axle_radius`.
-    """
-    place = scenario.robots[name].formation
-    if place is None:
-        return abs(radius)
-    centre = axle_radius(scenario, place.leader, radius)  # to the left of the leader's axle
-    return math.hypot(place.separation * math.cos(place.bearing), centre - place.separation * math.sin(place.bearing))
+    point, axle = abs(radius), radius
+    for name, edge in robots:
+        if edge is not None:
+            point = math.hypot(
+                edge.separation * math.cos(edge.bearing), axle - edge.separation * math.sin(edge.bearing)
+            )
+        left = point**2 - scenario.robots[name].d ** 2
+        axle = math.copysign(math.sqrt(max(0.0, left)), radius)
+    return point, axle
 
 
 def _too_close(name: str, robot: Robot, car: Ackermann, bend: Bend, radius: float, places: Places) -> Diagnostic:
     least = math.hypot(car.turning_radius, robot.d)
     where = f"({bend.x:.4g}, {bend.y:.4g}) at t = {bend.t:.4g} s"
-    way = "the path" if robot.formation is None else "its place in the formation"
+    path = "the path" if robot.formation is None else "its place in the formation"
     message = (
-        f"robots.{name} turns on a radius of {least:.4g} m at the least, and {way} has one of {radius:.4g} m where the "
-        f"reference is at {where}"
+        f"robots.{name} turns on a radius of {least:.4g} m at the least, and {path} has one of {radius:.4g} m where "
+        f"the reference is at {where}"
     )
     key = f"robots.{name}.vehicle.steering_limit"
     facts = (
@@ -189,12 +197,12 @@ def _too_close(name: str, robot: Robot, car: Ackermann, bend: Bend, radius: floa
 
 
 def _too_sudden(name: str, robot: Robot, car: Ackermann, bend: Bend, rate: float, places: Places) -> Diagnostic:
-    way, repair = "the path", "widen or slow the path"
+    path, repair = "the path", "widen or slow the path"
     if robot.formation is not None:
-        way, repair = "its place in the formation", f"{repair}, or change the robot's separation and bearing"
+        path, repair = "its place in the formation", f"{repair}, or change the robot's separation and bearing"
     needed = math.ceil(1e3 * rate) / 1e3
     message = (
-        f"robots.{name} is steered by {car.steering_rate:g} rad/s at the most, and {way} needs {rate:.4g} rad/s where "
+        f"robots.{name} is steered by {car.steering_rate:g} rad/s at the most, and {path} needs {rate:.4g} rad/s where "
         f"the reference is at ({bend.x:.4g}, {bend.y:.4g}) at t = {bend.t:.4g} s"
     )
     facts = ("the steering angle of a bend is atan(wheelbase * curvature), and the curvature changes along the path",)

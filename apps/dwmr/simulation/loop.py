@@ -12,13 +12,14 @@ from dwmr.control.formation import (
     behind_sideways,
     follower_error,
     follower_position,
+    mixed,
     tracking_error,
     trajectory_error,
     with_leaders_orientation,
 )
 from dwmr.control.obstacle_avoidance import Avoidance, avoid, towards
 from dwmr.control.safety_filter import CHANGED, Filter, filter_commands
-from dwmr.core.arrays import FloatArray, Safety
+from dwmr.core.arrays import FloatArray, Reference, Safety
 from dwmr.core.interfaces import PostureError, Signal
 from dwmr.core.jit import compiled
 from dwmr.plant.disturbances import Load, disturbance, measure
@@ -58,8 +59,9 @@ class World(NamedTuple):
     Attributes:
         dt: Control period [s].
         substeps: Integration steps in one period.
-        shape: Constants of the reference trajectory, shape (c,).
+        shapes: Constants of all reference trajectories, shape (paths, c).
         robots: Records of dtype `ROBOT`, shape (n,).
+        edges: Places of the followers in the formation, records of dtype `EDGE`, shape (e,).
         acting: Disturbances, records of dtype `DISTURBANCE`, shape (n, m).
         load: Change of mass and inertia.
         avoidance: Parameters of the avoidance.
@@ -74,8 +76,9 @@ class World(NamedTuple):
 
     dt: float
     substeps: int
-    shape: FloatArray
+    shapes: FloatArray
     robots: Any
+    edges: Any
     acting: Any
     load: Load
     avoidance: Avoidance
@@ -137,11 +140,22 @@ class Target(NamedTuple):
     avoidance_radius: float
 
 
+class Leader(NamedTuple):
+    """Posture, velocities and `d` of a robot, or of the body of a virtual structure, that a follower keeps to."""
+
+    x: float
+    y: float
+    theta: float
+    v: float
+    omega: float
+    d: float
+
+
 @compiled
 def run_periods(
     first: int,
     last: int,
-    path: Any,
+    paths: Any,
     step: Any,
     kernels: Any,
     world: World,
@@ -157,7 +171,7 @@ def run_periods(
 
     Args:
         first, last: Numbers of control periods; time is number · dt.
-        path: Reference trajectory, see `interfaces.reference_path`.
+        paths: The reference trajectories, see `interfaces.reference_path`.
         step: Control law, see `interfaces.control_law`.
         kernels: Gain kernels of the law, one tuple per robot.
         world: Constants.
@@ -185,7 +199,7 @@ def run_periods(
             _slip(t, world, memory)
         if not world.measures_exactly:
             _tell(k, noise[k - first], world, memory)
-        robot, fault = decide(k, path, step, kernels, world, memory, now, after, record, law_record, guard, vehicles)
+        robot, fault = decide(k, paths, step, kernels, world, memory, now, after, record, law_record, guard, vehicles)
         if fault != 0:
             return k, robot, fault
         if not world.other_plant:
@@ -202,7 +216,7 @@ def row_of(period: int, every: int, samples: int) -> int:
 @compiled
 def decide(
     period: int,
-    path: Any,
+    paths: Any,
     step: Any,
     kernels: Any,
     world: World,
@@ -230,22 +244,22 @@ def decide(
     faulty, first_fault = -1, 0
     for i in range(n):
         state = _state(memory.plant, i)
-        target = _aim(t, i, path, now, world, memory)
-        seen = error = _error(i, target, memory.plant, memory.plant, memory.slip, world, memory, vehicles)
+        reference = _reference(t, i, paths, world)
+        target = _aim(i, reference, now, world, memory)
+        seen = error = _error(i, reference, target, memory.plant, memory.plant, memory.slip, world, memory, vehicles)
         if not world.measures_exactly:
             heard = memory.heard
-            seen = _error(i, target, memory.seen, heard, heard[:, 7:], world, memory, vehicles)
+            seen = _error(i, reference, target, memory.seen, heard, heard[:, 7:], world, memory, vehicles)
         if vehicles is not None and target.obstacle >= 0.0 and moves_sideways(i, vehicles):
             seen = towards(seen)
-        measured, theta = memory.seen[i], target.theta - memory.seen[i, 2]
+        measured, robot, theta = memory.seen[i], world.robots[i], target.theta - memory.seen[i, 2]
         view = tracking_error(
-            seen, world.robots[i].leader < 0, theta, target.v, target.omega, measured[3], measured[4], t
+            seen, robot.first == robot.last, theta, target.v, target.omega, measured[3], measured[4], t
         )
         v_c, omega_c, fault = step(
             view, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[row, i]
         )
-        limits = world.robots[i]
-        memory.changed[i] = 1.0 if abs(v_c) > limits.v_limit or abs(omega_c) > limits.omega_limit else 0.0
+        memory.changed[i] = 1.0 if abs(v_c) > robot.v_limit or abs(omega_c) > robot.omega_limit else 0.0
         if vehicles is not None:
             _drive(i, row, v_c, omega_c, law_record[row, i], world, memory, vehicles)
         elif guard is None:
@@ -303,21 +317,23 @@ def _state(plant: FloatArray, i: int) -> State:
 
 
 @compiled
-def _aim(t: float, i: int, path: Any, obstacles: FloatArray, world: World, memory: Memory) -> Target:
-    """Return the target of one robot; a robot on the reference avoids obstacles by its measured state.
+def _reference(t: float, i: int, paths: Any, world: World) -> Reference:
+    """Return the reference of a robot at a time [s]."""
+    robot = world.robots[i]
+    here: Reference = paths[robot.shape](t - robot.delay, world.shapes[robot.shape])
+    return here
+
+
+@compiled
+def _aim(i: int, reference: Reference, obstacles: FloatArray, world: World, memory: Memory) -> Target:
+    """Return the target of one robot; a robot on a reference avoids obstacles by its measured state.
 
     Source:
         Goto, Bertol, Martins, Eqs. (70), (71) for a robot on the reference; Eq. (47) for a follower.
     """
     robot = world.robots[i]
-    if robot.leader >= 0:
-        lead = _state(memory.plant, robot.leader)
-        d_i = world.robots[robot.leader].d
-        x_r, y_r = follower_position(lead.x, lead.y, lead.theta, d_i, robot.separation, robot.bearing)
-        v_i = lead.v + memory.slip[robot.leader, 0]
-        # theta_jr = theta_i of Eq. (47) cannot be kept in a turn; the auxiliary orientation takes its place
-        return Target(x_r, y_r, memory.theta_star[i], v_i, 0.0, -1.0, 0.0)
-    reference = path(t - robot.delay, world.shape)
+    if robot.first < robot.last:
+        return _place(i, reference, world, memory)
     theta_r, v_r, omega_r, obstacle, reach = reference.theta, reference.v, reference.omega, -1, 0.0
     if robot.avoids != 0:
         s = _state(memory.seen, i)
@@ -330,38 +346,81 @@ def _aim(t: float, i: int, path: Any, obstacles: FloatArray, world: World, memor
 
 
 @compiled
+def _leader(j: int, body: Reference, states: FloatArray, slip: FloatArray, share: float, world: World) -> Leader:
+    """Return robot `j`, or for -1 the body of a virtual structure.
+
+    Args:
+        states, slip: Of all robots.
+        share: Of the slip that counts.
+    """
+    if j < 0:
+        return Leader(body.x, body.y, body.theta, body.v, body.omega, 0.0)
+    s = _state(states, j)
+    v, omega = s.v + share * slip[j, 0], s.omega + share * slip[j, 1]
+    return Leader(s.x, s.y, s.theta, v, omega, world.robots[j].d)
+
+
+@compiled
+def _place(i: int, body: Reference, world: World, memory: Memory) -> Target:
+    """Return the target of a follower, the weighted mean of its places in the formation."""
+    x_r = y_r = v_r = 0.0
+    for e in range(world.robots[i].first, world.robots[i].last):
+        edge = world.edges[e]
+        lead = _leader(edge.leader, body, memory.plant, memory.slip, 1.0, world)
+        x, y = follower_position(lead.x, lead.y, lead.theta, lead.d, edge.separation, edge.bearing)
+        x_r, y_r, v_r = x_r + edge.weight * x, y_r + edge.weight * y, v_r + edge.weight * lead.v
+    # theta_jr = theta_i of Eq. (47) cannot be kept in a turn; the auxiliary orientation takes its place
+    return Target(x_r, y_r, memory.theta_star[i], v_r, 0.0, -1.0, 0.0)
+
+
+@compiled
 def _error(
-    i: int, target: Target, plant: FloatArray, leaders: FloatArray, slip: FloatArray, world: World, memory: Memory,
-    vehicles: Vehicles | None,
+    i: int, body: Reference, target: Target, plant: FloatArray, leaders: FloatArray, slip: FloatArray,
+    world: World, memory: Memory, vehicles: Vehicles | None,
 ) -> PostureError:  # fmt: skip
     """Return the tracking error of one robot.
 
     Args:
         i: Number of the robot.
-        target: Where it should be; a follower's place is computed anew from its leader's state.
+        body: Its reference, along which a virtual structure moves.
+        target: Where it should be; a follower's place is computed anew from its leaders' states.
         plant: States of all robots as they are or as they are seen, shape (n, 7).
         leaders: The same as their followers know them, shape (n, 7 or more).
         slip: That of leaders as their followers know it, shape (n, 2).
         world, memory, vehicles: As for `run_periods`.
 
     Source:
-        Goto, Bertol, Martins, Eqs. (4)-(6), (72) for a robot on the reference; Eqs. (47)-(51) for a follower.
+        Goto, Bertol, Martins, Eqs. (4)-(6), (72) for a robot on the reference; Eqs. (47)-(51) for a follower, whose
+        errors and drifts are linear in the place and velocity that a leader implies.
     """
     robot, theta_star, s = world.robots[i], memory.theta_star[i], _state(plant, i)
-    j = robot.leader
-    if j < 0:
+    if robot.first == robot.last:
         return trajectory_error(s.x, s.y, s.theta, target.x, target.y, target.theta, theta_star, target.v, robot.d)
-    lead, d_i = _state(leaders, j), world.robots[j].d
-    share = world.known_slip
-    v_i, omega_i = lead.v + share * slip[j, 0], lead.omega + share * slip[j, 1]
+    mean = _edge_error(i, robot.first, body, s, leaders, slip, world, theta_star, vehicles)
+    share = world.edges[robot.first].weight
+    for e in range(robot.first + 1, robot.last):
+        one = _edge_error(i, e, body, s, leaders, slip, world, theta_star, vehicles)
+        mean, share = mixed(mean, share, one, world.edges[e].weight), 1.0
+    return mean
+
+
+@compiled
+def _edge_error(
+    i: int, e: int, body: Reference, s: State, leaders: FloatArray, slip: FloatArray, world: World,
+    theta_star: float, vehicles: Vehicles | None,
+) -> PostureError:  # fmt: skip
+    """Return the tracking error of a robot from one of its places; arguments as for `_error`."""
+    edge = world.edges[e]
+    lead = _leader(edge.leader, body, leaders, slip, world.known_slip, world)
     error = follower_error(
-        lead.x, lead.y, lead.theta, v_i, omega_i, d_i, s.x, s.y, s.theta, theta_star, robot.d,
-        robot.separation, robot.bearing,
+        lead.x, lead.y, lead.theta, lead.v, lead.omega, lead.d, s.x, s.y, s.theta, theta_star, world.robots[i].d,
+        edge.separation, edge.bearing,
     )  # fmt: skip
     if vehicles is not None:
-        error = behind_sideways(error, lateral_velocity(j, vehicles), lead.theta, s.theta, theta_star)
+        if edge.leader >= 0:
+            error = behind_sideways(error, lateral_velocity(edge.leader, vehicles), lead.theta, s.theta, theta_star)
         if moves_sideways(i, vehicles):
-            error = with_leaders_orientation(error, lead.theta, omega_i, s.theta)
+            error = with_leaders_orientation(error, lead.theta, lead.omega, s.theta)
     return error
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,11 +16,12 @@ from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
 from dwmr.control.obstacle_avoidance import Avoidance
 from dwmr.core.arrays import FloatArray
+from dwmr.core.geometry import wrap
 from dwmr.core.interfaces import Law, Signal, reference_path
 from dwmr.core.jit import first_class
 from dwmr.plant import vehicles
 from dwmr.plant.disturbances import DISTURBANCE, Load
-from dwmr.plant.robot import ROBOT
+from dwmr.plant.robot import EDGE, ROBOT
 from dwmr.reference.prepared import CURVES, Shape
 from dwmr.scenario.guard import levers_of, safety_of
 from dwmr.scenario.model import LARGEST_NOISE, Ackermann, Omnidirectional, Robot, Scenario
@@ -43,7 +44,7 @@ class Simulation:
 
     name: str
     scenario: Scenario
-    shape: Shape
+    shapes: Mapping[str, Shape]
     module: Any
     laws: dict[str, Law]
 
@@ -91,7 +92,8 @@ class Periods:
         law_record: Those of the control law.
         guard: Safety filter and its memory, None without one.
         vehicles: Vehicles with other drives than two wheels, or None.
-        path, kernels: Reference trajectory, and the law's gain kernels, one tuple per robot, as the loop takes them.
+        paths, kernels: Reference trajectories, and of each robot a tuple of the law's gain kernels, as the loop takes
+            them.
         raised: Errors of compiled code, from `jit.collected_errors`.
     """
 
@@ -113,7 +115,9 @@ class Periods:
             self.guard = (safety_of(scenario, scenario.safety), room)
         self.vehicles = _vehicles(scenario, simulation.module, samples)
         self.raised: list[BaseException] = []
-        self.path, self._step = first_class(PATHS[simulation.shape.path]), first_class(simulation.module.step)
+        self._step = first_class(simulation.module.step)
+        paths = {id(one): one.path for one in simulation.shapes.values()}
+        self.paths = tuple(first_class(PATHS[one]) for one in paths.values())
         self._draw = noise_source(scenario)
         self.kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
 
@@ -157,7 +161,7 @@ class Periods:
         self.raised.clear()
         with reported(name, file, "run", only_own=last > 0):
             done = run_periods(
-                first, last, self.path, self._step, self.kernels, self.world, self.memory, obstacles, noise,
+                first, last, self.paths, self._step, self.kernels, self.world, self.memory, obstacles, noise,
                 self.record, self.law_record, self.guard, self.vehicles,
             )  # fmt: skip
         if self.raised:  # by the law's step: errors of compiled code name no line
@@ -197,15 +201,22 @@ def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
 def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, other_plant: bool, every: int) -> World:
     scenario = simulation.scenario
     robots = np.zeros(len(scenario.robots), dtype=ROBOT)
-    names = list(scenario.robots)
-    for row, robot in zip(robots, scenario.robots.values(), strict=True):
-        for name, value in _constants(robot, names).items():
-            row[name] = value
+    shapes = {id(one): one.constants for one in simulation.shapes.values()}
+    padded = np.zeros((len(shapes), max(map(len, shapes.values()))))
+    for row, constants in zip(padded, shapes.values(), strict=True):
+        row[: len(constants)] = constants
+    last = 0
+    for record, (name, robot) in zip(robots, scenario.robots.items(), strict=True):
+        first, last = last, last + len(robot.edges)
+        places = {"first": first, "last": last, "shape": list(shapes).index(id(simulation.shapes[name]))}
+        for key, value in (_constants(robot) | places).items():
+            record[key] = value
     return World(
         scenario.run.dt,
         scenario.run.substeps,
-        simulation.shape.constants,
+        padded,
         robots.view(np.recarray),
+        _edges(scenario).view(np.recarray),
         _acting(scenario).view(np.recarray),
         Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
         Avoidance(**scenario.avoidance.model_dump()),
@@ -229,17 +240,24 @@ def _frozen(scenario: Scenario, laws: list[Law]) -> FloatArray:
     return frozen
 
 
-def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
-    """Return the fields of a `ROBOT` record."""
+def _edges(scenario: Scenario) -> Any:
+    """Return the places of all followers, robot by robot."""
+    names = {name: i for i, name in enumerate(scenario.robots)}
+    edges = [
+        (-1 if one.leader is None else names[one.leader], one.separation, one.bearing, one.weight)
+        for robot in scenario.robots.values()
+        for one in robot.edges
+    ]
+    return np.array(edges, dtype=EDGE)
+
+
+def _constants(robot: Robot) -> dict[str, float]:
+    """Return the fields of a `ROBOT` record that follow from the robot alone."""
     as_accelerations = robot.inner_loop.torque_reading == "acceleration"
-    formation = robot.formation
     accelerations = {name: getattr(robot.actuator, name) for name in ("acceleration", "angular_acceleration")}
     derived = {name: math.inf if one is None else one for name, one in accelerations.items()} | {
         "pd_mass": robot.mass if as_accelerations else 1.0,
         "pd_inertia": robot.inertia if as_accelerations else 1.0,
-        "separation": formation.separation if formation else 0.0,
-        "bearing": formation.bearing if formation else 0.0,
-        "leader": names.index(formation.leader) if formation else -1,
         "avoids": int(robot.avoids_obstacles),
         "odometry": int(robot.sensors.pose == "odometry"),
         "encoder_steps": robot.sensors.encoder_steps,
@@ -272,7 +290,7 @@ def _memory(simulation: Simulation, laws: list[Law], measures_exactly: bool) -> 
     plant[:, :3] = [(r.x_0, r.y_0, r.theta_0) for r in robots]
     law = np.array([law.state for law in laws]).reshape(n, -1)
     seen = plant if measures_exactly else plant.copy()
-    theta_star = np.array([_first_direction(simulation, r) for r in robots])
+    theta_star = np.array(first_directions(simulation, plant[:, 2]))
     sides = np.zeros((n, len(scenario.obstacles)))
     filters, slip, torques = np.zeros((3, n, 2))
     wheels, odometry = np.zeros((n, 6)), plant[:, :3].copy()
@@ -296,11 +314,20 @@ def _memory(simulation: Simulation, laws: list[Law], measures_exactly: bool) -> 
     )
 
 
-def _first_direction(simulation: Simulation, robot: Robot) -> float:
-    """Return θ*_r(0): the reference's own direction, for a follower that of its leader [rad]."""
-    if robot.formation is not None:
-        return simulation.scenario.robots[robot.formation.leader].theta_0
-    return float(simulation.shape.at(-robot.delay).theta)
+def first_directions(simulation: Simulation, theta: FloatArray) -> list[float]:
+    """Return θ*_r(0) of all robots: of a reference, or the mean of a follower's leaders [rad].
+
+    Args:
+        simulation: A prepared run.
+        theta: Orientations of the robots at the start, shape (n,) [rad].
+    """
+    names, directions = list(simulation.scenario.robots), []
+    for name, robot in simulation.scenario.robots.items():
+        along = simulation.shapes[name].at(-robot.delay).theta
+        each = [along if one.leader is None else theta[names.index(one.leader)] for one in robot.edges] or [along]
+        turns = [one.weight * wrap(angle - each[0]) for one, angle in zip(robot.edges, each, strict=False)]
+        directions.append(float(each[0] + sum(turns)))
+    return directions
 
 
 #: Measured signals, in the order of the fields of `robot.State`.

@@ -119,7 +119,7 @@ def _in_python(
             np.errstate(divide="raise", invalid="raise"),
         ):
             getattr(loop.decide, "py_func", loop.decide)(
-                period, periods.path, kept, periods.kernels, periods.world, memory, obstacles[0], obstacles[-1],
+                period, periods.paths, kept, periods.kernels, periods.world, memory, obstacles[0], obstacles[-1],
                 periods.record, periods.law_record, periods.guard, periods.vehicles,
             )  # fmt: skip
     except DiagnosticError as python:
@@ -218,7 +218,8 @@ def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
         robot: _law(module, settings_of(file, robot, controller, module), rules, robot, controller)
         for robot in file.scenario.robots
     }
-    return Simulation(controller, file.scenario, file.shape, module, laws)
+    shapes = {robot: file.shapes.get(robot, file.shape) for robot in file.scenario.robots}
+    return Simulation(controller, file.scenario, shapes, module, laws)
 
 
 def _law(module: Any, settings: LawSettings, rules: Rules, robot: str, name: str) -> Law:

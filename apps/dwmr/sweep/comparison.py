@@ -134,19 +134,8 @@ def _robots(row: Mapping[str, Any]) -> list[str]:
 def _entry(scenario: str, controller: str, robot: str, measure: str, rows: Sequence[Mapping[str, Any]]) -> Entry:
     column, name = measure.replace("*", robot), measure.replace(".*", "")
     estimate = (share_of if measure in SHARES else mean_of)(rows, column)
-    stopped = count_of_stopped(rows)
-    return Entry(
-        scenario,
-        controller,
-        robot,
-        name,
-        unit_of(column) or "-",
-        estimate.n,
-        estimate.mean,
-        estimate.low,
-        estimate.high,
-        stopped,
-    )
+    numbers = (estimate.n, estimate.mean, estimate.low, estimate.high)
+    return Entry(scenario, controller, robot, name, unit_of(column) or "-", *numbers, count_of_stopped(rows))
 
 
 #: Columns by title of the table: heads by measure.

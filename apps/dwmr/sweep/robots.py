@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, Strict, field_validator
+from pydantic import Field, Strict
 
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Known, Rules
@@ -188,9 +188,6 @@ Measure = Literal[
     "condition_violated", "safety", "lyapunov", "drift", "g_ais_min",
 ]  # fmt: skip
 
-#: Names of earlier versions.
-RENAMED = {"clearance": "centre_distance", "collisions": "obstacles_hit"}
-
 
 class RobotSpec(Spec):
     """A SPEC file with the measures of robots."""
@@ -199,13 +196,6 @@ class RobotSpec(Spec):
         default=("rmse", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit", "chattering"),
         description="what to keep of each run",
     )
-
-    @field_validator("measures", mode="before")
-    @classmethod
-    def _renamed(cls, value: Any) -> Any:
-        if not isinstance(value, list | tuple):
-            return value
-        return [RENAMED.get(one, one) if isinstance(one, str) else one for one in value]
 
 
 def read_spec(path: Path) -> SpecFile:

@@ -124,7 +124,9 @@ def run(number: int, seed: int, law: str, free: bool = False) -> tuple[ScenarioF
     file = read_scene(number, seed, law)
     if free:
         file = dataclasses.replace(file, scenario=file.scenario.model_copy(update={"safety": None}))
-    prepared = dataclasses.replace(_prepared(law), scenario=file.scenario, shape=file.shape)
+    prepared = dataclasses.replace(
+        _prepared(law), scenario=file.scenario, shapes=dict.fromkeys(file.scenario.robots, file.shape)
+    )
     return file, simulate.run(prepared)
 
 

@@ -66,6 +66,30 @@ class TestScenes:
         assert min(one["gap"] for one in found) > 0.0
 
 
+class TestBesideOrca:
+    """ORCA of the library RVO2, for discs of the size that the filter guards, which can take every velocity."""
+
+    @pytest.fixture
+    def beside(self):
+        pytest.importorskip("pyrvo", reason="pyrvo, which brings ORCA, is not installed")
+        return explanation.script("avoidance/beside_orca.py")
+
+    @pytest.mark.parametrize(
+        "robots", [2, pytest.param(4, marks=pytest.mark.long), pytest.param(6, marks=pytest.mark.long)]
+    )
+    def test_the_filter_keeps_as_far_apart_and_takes_little_longer(self, beside, robots):
+        found = beside.each(robots, 0)
+        filtered, turned = found["filter"], found["ORCA, 0.1 rad to the right"]
+        assert filtered["arrived"] == turned["arrived"] == robots
+        assert filtered["gap"] > 0.04 > 1e-3 > turned["gap"] > -1e-3
+        assert filtered["last"] < 1.1 * turned["last"]
+
+    def test_orca_alone_waits_in_the_middle_where_four_meet(self, beside):
+        assert beside.orca(ARRIVALS.swap(2, 0), 0.9, 0.5)["arrived"] == 2
+        assert beside.orca(ARRIVALS.swap(4, 0), 0.9, 0.5)["arrived"] == 0
+        assert beside.orca(ARRIVALS.swap(4, 0), 0.9, 0.5, 0.1)["arrived"] == 4
+
+
 class TestGains:
     def test_stay_near_their_floors_while_a_robot_passes_an_obstacle_head_on(self):
         found = measured("paper-with-limits", "aifqsmc", *HEAD_ON, SAFETY % "")

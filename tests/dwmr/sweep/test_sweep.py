@@ -215,12 +215,6 @@ class TestPlan:
         assert any(words in text and at == line for text, at in said), said
 
 
-class TestMeasures:
-    def test_that_bore_other_names_are_still_known(self, tmp_path):
-        text = SPEC.replace("seed = 7", 'measures = ["rmse", "clearance", "collisions"]')
-        assert read(tmp_path, text).spec.measures == ("rmse", "centre_distance", "obstacles_hit")
-
-
 class TestWork:
     def setup_of(self, found):
         return Setup(Robots(), tuple(sorted(found.used.items())), ("rmse", "obstacles_hit"))
