@@ -71,7 +71,7 @@ class TestBesideOrca:
 
     @pytest.fixture
     def beside(self):
-        pytest.importorskip("pyrvo", reason="pyrvo, which brings ORCA, is not installed")
+        pytest.importorskip("pyrvo", reason="needs ORCA: pip install pyrvo")
         return explanation.script("avoidance/beside_orca.py")
 
     @pytest.mark.parametrize(
