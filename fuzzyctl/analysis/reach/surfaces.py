@@ -341,12 +341,12 @@ class SystemSurface:
             count, centre = len(origin), 0.5 * (low + high)
             places = boxes(np.concatenate([low, centre], 1), np.concatenate([high, centre], 1))
             results, gaps = self._boxed.evaluate(places, wanted, gaps=True, sparse=True)
-            kept = ~np.broadcast_to(gaps, 2 * count)[:count]
+            full = ~np.broadcast_to(gaps, 2 * count)[:count]
             nothing = np.zeros(count, bool)
-            over = [e.taken(np.concatenate([kept, nothing])) for e in results]
-            there = [e.taken(np.concatenate([nothing, kept])) for e in results]
-            done.append(_Parts(low[:, kept], high[:, kept], origin[kept], over, there))
-            low, high, origin = low[:, ~kept], high[:, ~kept], origin[~kept]
+            over = [e.taken(np.concatenate([full, nothing])) for e in results]
+            there = [e.taken(np.concatenate([nothing, full])) for e in results]
+            done.append(_Parts(low[:, full], high[:, full], origin[full], over, there))
+            low, high, origin = low[:, ~full], high[:, ~full], origin[~full]
             if len(origin) * 2 ** len(self._curved) > (_MOST_PARTS if rounds else 0):
                 raise DomainError(f"system '{self.system.name}' may have no value")
             for i in self._curved:

@@ -77,7 +77,7 @@ MUTANTS = {
         "return at_side",
         "surfaces"),
     "a system always has a value": (
-        "surfaces", "kept = ~np.broadcast_to(gaps, 2 * count)[:count]", "kept = np.ones(count, bool)", "surfaces"),
+        "surfaces", "full = ~np.broadcast_to(gaps, 2 * count)[:count]", "full = np.ones(count, bool)", "surfaces"),
     "slopes are those at the centre": (
         "surfaces", "np.where(reach > 0.0, steep * reach, 0.0).sum(0) + off", "off", "surfaces"),
     "parts are left out whose middle is not in the set": (
@@ -91,6 +91,12 @@ MUTANTS = {
         "not (np.any(enclosure.lo) or np.any(enclosure.hi))",
         "not np.any(enclosure.lo)",
         "surfaces"),
+    "inputs of integers are not rounded": (
+        "simulation.equations", 'limited + Name(f"{signal}#error")', "limited", "integers"),
+    "integers have the outputs of numbers": (
+        "simulation.equations", 'Name(signal) + Name(f"{signal}#error")', "Name(signal)", "integers"),
+    "errors and noise are half of what they are": (
+        "reach", "[np.array([[0.0, e]]) for e in", "[np.array([[0.0, 0.5 * e]]) for e in", "integers"),
     "generators are dropped": (
         "sets", "new[k, :, k] = errors[k]", "new[k, :, k] = 0.0", "sets"),
     "a box is as long as its longest": (
@@ -106,7 +112,7 @@ MUTANTS = {
     "the last step of a claim is missed": (
         "prover", "Number(math.ceil(end / step - ALIGNED)", "Number(math.floor(end / step)", "prover"),
     "states may leave their ranges": (
-        "prover", "outside = ~_within(state, low, high)", "outside = np.zeros(1, bool)", "prover"),
+        "prover", "outside = ~within(state, low, high)", "outside = np.zeros(1, bool)", "prover"),
     "an input acts as in the mean of a period": (
         "stability",
         "return _series(a, as_form(forms.scaled(b, length)), length, 2)",

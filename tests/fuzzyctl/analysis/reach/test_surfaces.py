@@ -223,6 +223,7 @@ input a in [-1, 1]
 input b in [-1, 1]
   {}
 """
+PARTITION = INPUTS.format(*["terms N Z P"] * 2)
 CURVES = INPUTS.format(*["N = gaussian(-1, 0.5)\n  Z = gaussian(0, 0.4)\n  P = gaussian(1, 0.5)"] * 2)
 TABLE = "table u = a x b\n       N  Z  P\n  N |  N  N  Z\n  Z |  N  Z  P\n  P |  Z  P  P\n"
 SETS = "output u in [-1, 1]\n  N = triangle(-1, -0.5, 0)\n  Z = triangle(-0.4, 0, 0.4)\n  P = triangle(0, 0.5, 1)\n"
@@ -230,23 +231,24 @@ LINES = "output u in [-9, 9]\nif a is N then u is function(a - 2 * b)\nif a is Z
 LINES += "if a is P and b is Z then u is function(1 + a * b)\n"
 #: Systems that are no tables, how often the planes of small sets may be wider than what simulation shows.
 KINDS = {
-    "min, max, centroid": ("and min\n", INPUTS.format(*["terms N Z P"] * 2) + SETS + TABLE, 3.0),
+    "min, max, centroid": ("and min\n", PARTITION + SETS + TABLE, 3.0),
     "min, sum, centroid": ("and min\nimplication min\naggregation sum\n",
-                           INPUTS.format(*["terms N Z P"] * 2) + SETS + TABLE, 3.0),
+                           PARTITION + SETS + TABLE, 3.0),
     "product, sampled": ("and product\nimplication product\naggregation max\ndefuzzifier centroid(resolution=51)\n",
                          CURVES + SETS + TABLE, 2.0),
     "average of centres": ("and min\ndefuzzifier center_average\n",
-                           INPUTS.format(*["terms N Z P"] * 2) + SETS + TABLE, 3.0),
+                           PARTITION + SETS + TABLE, 3.0),
     "curved terms": ("and product\ndefuzzifier weighted_average\n",
                      CURVES + "output u in [-1, 1]\n  terms N=-1 Z=0 P=1\n" + TABLE, 1.5),
     "linear consequents": ("and product\ndefuzzifier weighted_average\n", CURVES + LINES, 1.5),
     "weights of rules": (
         "and min\ndefuzzifier center_average\n",
-        INPUTS.format(*["terms N Z P"] * 2) + SETS + "if a is N then u is N weight 0.25\nif a is Z then u is Z weight 0.5\n"
+        PARTITION + SETS + "if a is N then u is N weight 0.25\nif a is Z then u is Z weight 0.5\n"
         "if a is P then u is P\nif b is P then u is P weight 0.3\n", 3.0),
-    "maxima": ("and min\ndefuzzifier mom\n", INPUTS.format(*["terms N Z P"] * 2) + SETS + TABLE, math.inf),
+    "maxima": ("and min\ndefuzzifier mom\n", PARTITION + SETS + TABLE, math.inf),
     "inverses": ("and product\ndefuzzifier tsukamoto\n",
-                 CURVES + "output u in [0, 1]\n  N = ramp(1, 0)\n  Z = ramp(0, 1)\n  P = ramp(0.2, 0.9)\n" + TABLE, 1.5),
+                 CURVES + "output u in [0, 1]\n  N = ramp(1, 0)\n  Z = ramp(0, 1)\n  P = ramp(0.2, 0.9)\n"
+                 + TABLE, 1.5),
 }  # fmt: skip
 
 
