@@ -4,7 +4,8 @@ The folder NAME holds NAME.fz, the page README.md and the picture NAME.png. A pu
 
     require overshoot == 32 within 0.5
 
-The table of the page is between the lines TABLE and END. The line `<!-- drawn: LOOP LOOP -->` above the picture
+The table of the page is between the lines TABLE and END; between VERDICTS and END_OF_VERDICTS are the verdicts of
+`fuzzyctl prove` on the claims about all members of a family. The line `<!-- drawn: LOOP LOOP -->` above the picture
 names the loops that it shows; without it, it shows all. The lines
 
     <!-- panel: control [N] in [-2, 8] = first.u second.u -->
@@ -25,6 +26,7 @@ from typing import Any, Final
 
 from PIL import Image
 
+from fuzzyctl import prove
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Compare, Name, evaluate
@@ -41,11 +43,16 @@ from fuzzyctl.support.files import read_source
 HERE: Final = Path(__file__).parent
 TABLE: Final = "<!-- table: python -m gallery -->"
 END: Final = "<!-- end of table -->"
+VERDICTS: Final = "<!-- verdicts: python -m gallery -->"
+END_OF_VERDICTS: Final = "<!-- end of verdicts -->"
+PROOFS: Final = re.compile(f"{re.escape(VERDICTS)}\n(.*?){re.escape(END_OF_VERDICTS)}", flags=re.DOTALL)
 BLOCK: Final = re.compile(f"{re.escape(TABLE)}\n(.*?){re.escape(END)}", flags=re.DOTALL)
 DRAWN: Final = re.compile(r"^<!-- drawn: (.+) -->$", flags=re.MULTILINE)
 PANEL: Final = re.compile(r"^<!-- panel: ([^=]+?)(?: in \[(\S+), (\S+)\])? = (.+) -->$", flags=re.MULTILINE)
 LINES: Final = re.compile(r"^<!-- lines: (.+) -->$", flags=re.MULTILINE)
 PATH: Final = re.compile(r"^<!-- path: (.+) = (\S+), (.+) = (\S+) -->$", flags=re.MULTILINE)
+#: Processor time for the claims of a loop [s].
+SECONDS: Final = 30.0
 #: Pixels per inch and colours of the pictures, which are small files.
 DPI: Final = 120
 COLOURS: Final = 64
@@ -74,6 +81,20 @@ def table_of(runs: Sequence[Run]) -> str:
     rows = [[_label(m), *(_cell(run, m.name) for run in runs)] for m in measures.values()]
     head = ["", *(_title(run) for run in runs)]
     return "".join(f"| {' | '.join(row)} |\n" for row in [head, ["---"] * len(head), *rows])
+
+
+def verdicts_of(loops: Sequence[Loop]) -> str:
+    """Return the Markdown table of the verdicts on claims about families: a row for each claim."""
+    rows = [["loop", "family", "claim", "verdict"], ["---"] * 4]
+    for loop in loops:
+        number = loop.number
+        ranges = [f"`{n}` in [{number(b.lower):g}, {number(b.upper):g}]" for n, b in loop.family.items()]
+        for verdict in prove(loop, timeout=SECONDS) if loop.guarantees else ():
+            word = type(verdict).__name__.lower()
+            why = re.sub(r"\s+", " ", getattr(verdict, "reason", ""))
+            title = loop.title or loop.name
+            rows.append([title, ", ".join(ranges), f"`{verdict.claim}`", f"{word}: {why}" if why else word])
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 
 def _title(run: Run) -> str:
@@ -124,8 +145,12 @@ def remade(folder: Path) -> str:
     """Make the table and the picture of a page again, and say which requirements are not met."""
     page = folder / "README.md"
     text = page.read_text(encoding="utf-8")
-    runs = [simulate(loop) for loop in loops_of(folder)]
-    page.write_text(BLOCK.sub(lambda _: f"{TABLE}\n{table_of(runs)}{END}", text), encoding="utf-8")
+    loops = loops_of(folder)
+    runs = [simulate(loop) for loop in loops]
+    text = BLOCK.sub(lambda _: f"{TABLE}\n{table_of(runs)}{END}", text)
+    if PROOFS.search(text):
+        text = PROOFS.sub(lambda _: f"{VERDICTS}\n{verdicts_of(loops)}{END_OF_VERDICTS}", text)
+    page.write_text(text, encoding="utf-8")
     draw(folder / f"{folder.name}.png", runs, text)
     missed = [
         f"{run.loop.name}: {r.text}, {', '.join(r.facts)}" for run in runs for r in run.requirements if not r.holds

@@ -47,6 +47,7 @@ from fuzzyctl.model.inlined_lets import inlined, named_lets
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import dataclass
+from fuzzyctl.simulation.equations import Chip
 from fuzzyctl.support import arguments
 
 #: Seconds that one guarantee may take.
@@ -132,8 +133,21 @@ def prove(
     return verdicts
 
 
-def prover_of(block: Block, timeout: float = TIMEOUT, progress: Progress | None = None) -> Any:
+def prover_of(
+    block: Block,
+    timeout: float = TIMEOUT,
+    progress: Progress | None = None,
+    chip: Chip | None = None,
+    noise: float | None = None,
+) -> Any:
     """Return the prover of a system, a controller or a loop: `verdict` decides each claim in `own`.
+
+    Args:
+        block: The block.
+        timeout: Seconds that a claim may take.
+        progress: Called now and then.
+        chip: The integers of the controllers of a loop.
+        noise: How many standard deviations the noise of a loop has at most; None for that of its seeds.
 
     Raises:
         ArgumentError: For another block.
@@ -143,7 +157,7 @@ def prover_of(block: Block, timeout: float = TIMEOUT, progress: Progress | None 
     if isinstance(block, Loop):
         from fuzzyctl.analysis.reach.prover import LoopProver
 
-        return LoopProver(block, timeout, progress)
+        return LoopProver(block, timeout, progress, chip, noise)
     from fuzzyctl.analysis.induction.prover import ControllerProver
 
     controller = arguments.instance("the block", Controller, "a FuzzySystem, a Controller or a Loop", block)

@@ -36,6 +36,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 if TYPE_CHECKING:
     from fuzzyctl.analysis.extremes import Extent
     from fuzzyctl.analysis.verdicts import Verdict
+    from fuzzyctl.codegen.fixed.fixed_format import Format
     from fuzzyctl.model.block import Block
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
@@ -68,6 +69,14 @@ class Proof:
     tube: Tube | None = None
 
 
+@dataclass(frozen=True)
+class _Setting:
+    """How the loop that is proved differs from the one that runs: the format of fixed point, the range of noise."""
+
+    form: Format | None = None
+    noise: float | None = None
+
+
 @click.command()
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @chooses
@@ -88,6 +97,13 @@ class Proof:
     metavar="OUT.json",
     help="Write what 'fuzzyctl verify' needs to check the proved claims of loops.",
 )
+@click.option("--fixed", metavar="Qm.n", help="Prove loops with the fixed-point code of 'codegen --fixed'.")
+@click.option(
+    "--noise",
+    type=NotNegative(),
+    metavar="DEVIATIONS",
+    help="Prove loops for noise of any values up to this number of standard deviations.",
+)
 @FORMAT
 @QUIET
 @answers_with_diagnostics
@@ -98,6 +114,8 @@ def prove(
     timeout: float | None,
     tube: str | None,
     certificate: str | None,
+    fixed: str | None,
+    noise: float | None,
     form: str,
 ) -> int:
     """Prove the guarantees of rule files: their 'require' lines.
@@ -122,6 +140,10 @@ def prove(
     """
     if tube is not None and not tube.lower().endswith(_TUBES):
         raise click.UsageError(f"--tube {tube}: the name must end in {', '.join(_TUBES)}")
+    if (fixed is not None or noise is not None) and (bounds or certificate is not None):
+        option = "--noise" if fixed is None else "--fixed"
+        raise click.UsageError(f"{option} is not for {'--bounds' if bounds else '--certificate'}")
+    setting = _Setting(None if fixed is None else _fixed_format(fixed), noise)
     if bounds:
         if len(files) > 1:
             raise click.UsageError("--bounds takes one file")
@@ -143,9 +165,14 @@ def prove(
                 continue
             label = STDIN if file == "-" else file
             claiming = [b for b in opened.blocks if not b.unclaimed]
+            if setting != _Setting():
+                claiming = [b for b in claiming if b.kind == "loop"]
+                if not claiming:
+                    option = "--noise" if fixed is None else "--fixed"
+                    raise click.UsageError(f"{option} is for loops, and {label} has none with claims about all members")
             for block in claiming or opened.blocks:
                 proofs.append(Proof(label, block))
-                _prove(proofs[-1], timeout, tell)
+                _prove(proofs[-1], timeout, tell, setting)
     except KeyboardInterrupt:
         show(mistakes)
         say(f"interrupted{': ' if proofs else ''}{_summary(proofs)}", err=True)
@@ -240,15 +267,39 @@ def _opened(file: str, choice: Choice) -> Opened:
     return opened
 
 
-def _prove(proof: Proof, timeout: float, tell: Callable[[str], None] | None) -> None:
+def _fixed_format(text: str) -> Format:
+    """Return the format of fixed point.
+
+    Raises:
+        BadParameter: For an unreadable format.
+    """
+    from fuzzyctl.codegen.fixed.fixed_format import to_format
+
+    try:
+        return to_format(text)
+    except ValueError as error:
+        raise click.BadParameter(str(error), param_hint="--fixed") from None
+
+
+def _prove(proof: Proof, timeout: float, tell: Callable[[str], None] | None, setting: _Setting) -> None:
     """Prove the claims of a block; report each as soon as it is settled."""
     from fuzzyctl.analysis.prove import prover_of
+    from fuzzyctl.model.loop import Loop
 
     if proof.block.unclaimed:
         if tell is not None:
             tell(f"{proof.file}: {proof.block.name}: no guarantees; {proof.block.unclaimed}")
         return
-    proof.prover = prover = prover_of(proof.block, timeout)
+    if isinstance(proof.block, Loop):
+        chip = None
+        if setting.form is not None:
+            from fuzzyctl.codegen.files import chip_of
+
+            chip = chip_of(proof.block, str(setting.form))
+        proof.prover = prover_of(proof.block, timeout, chip=chip, noise=setting.noise)
+    else:
+        proof.prover = prover_of(proof.block, timeout)
+    prover = proof.prover
     proof.claims = len(prover.own)
     if tell is not None and not proof.claims:
         tell(f"{proof.file}: {proof.block.name}: no guarantees")

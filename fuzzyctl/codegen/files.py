@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fuzzyctl.codegen import c_source, javascript_source, python_source, st_source
 from fuzzyctl.codegen.c_layout import CLayout
+from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.javascript_source import JavaScriptLayout
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.expr import Number
+from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.simulation.equations import Chip, Integers
+from fuzzyctl.simulation.loop_params import block_params
 from fuzzyctl.support.writing import folder_for, write_together
 
 if TYPE_CHECKING:
@@ -106,3 +112,42 @@ def write(generated: Generated, folder: Path) -> list[Path]:
     with folder_for(folder):
         write_together(dict(zip(written, generated.files.values(), strict=True)))
     return written
+
+
+def chip_of(loop: Loop, text: str) -> Chip:
+    """Return the integers of the controllers of a loop in a format such as Q3.12.
+
+    Raises:
+        ValueError: For an unreadable format.
+    """
+    from fuzzyctl.codegen.fixed.fixed_format import to_format
+    from fuzzyctl.codegen.fixed.fixed_program import refused
+    from fuzzyctl.codegen.fixed.fixed_step import fixed_step
+    from fuzzyctl.codegen.prepare import prepare
+
+    form = to_format(text)
+    blocks: dict[str, Integers] = {}
+    for instance in loop.instances:
+        controller = loop.callee(instance)
+        if not isinstance(controller, Controller):
+            continue
+        params = block_params(loop, instance)
+        # A param of the loop may be one of the controller, too.
+        varied = [v.name for v in loop.varied if v.name.startswith(f"{instance.name}.") or "." not in v.name]
+        numbers = tuple(replace(p, expression=Number(params[p.name])) for p in controller.params)
+        try:
+            if varied:
+                raise refused(f"'{varied[0]}' varies, and integers are those of one number", None)
+            step = fixed_step(prepare(replace(controller, params=numbers), "", algorithm="interpolation"), form)
+        except (DiagnosticError, CodegenError) as error:
+            mistakes = error.diagnostics if isinstance(error, DiagnosticError) else ()
+            what = "; ".join([d.message for d in mistakes]) or str(error)
+            return Chip(str(form), {}, f"block '{instance.name}' has no integers in {form}: {what}")
+        unit = 2.0**-form.fraction
+        inputs = {
+            signal.name: (least * unit, most * unit, 0.5 * unit)
+            for signal, (least, most) in zip(controller.inputs, step.inputs, strict=True)
+        }
+        outputs = {r.name: e for r, e in zip(controller.results, step.errors, strict=True)}
+        blocks[instance.name] = Integers(inputs, outputs)
+    return Chip(str(form), blocks)

@@ -9,14 +9,14 @@ from dataclasses import field, replace
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Expr, Name, names_in
+from fuzzyctl.expr import Call, Expr, Name, Number, names_in, replace_names
 from fuzzyctl.kernels.plan.equations import Equation, Evaluation, KeptState
 from fuzzyctl.model.controller import Signal
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.records import record
 from fuzzyctl.simulation.loop_params import blocks_of
-from fuzzyctl.simulation.signals import Given
+from fuzzyctl.simulation.signals import Given, Noise
 
 #: Larger values of a state count as infinite.
 LARGEST: Final = 1e300
@@ -113,6 +113,7 @@ class LoopEquations:
             loop.
         externals: Plants in Python and FMUs.
         disturbances: The lower end, the upper end and the nominal value of each disturbance, by name.
+        errors: The largest magnitudes of names that have any value up to it, another one at each sample.
     """
 
     body: tuple[Equation | Evaluation, ...]
@@ -130,6 +131,7 @@ class LoopEquations:
     free: tuple[str, ...] = ()
     externals: tuple[External, ...] = ()
     disturbances: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    errors: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def integrated(self) -> list[Expr]:
@@ -161,6 +163,95 @@ def with_calls(equations: LoopEquations) -> LoopEquations:
             for signal, argument in zip(call.system.inputs, call.arguments, strict=True):
                 signals.setdefault(f"{prefix}.{signal.name}", argument)
     return replace(equations, signals=signals)
+
+
+@record(frozen=True)
+class Integers:
+    """How far the integers of a controller are from its numbers.
+
+    Args:
+        inputs: By name of an input the ends that it is limited to, and the largest error of rounding.
+        outputs: By name of an output its largest error.
+    """
+
+    inputs: Mapping[str, tuple[float, float, float]]
+    outputs: Mapping[str, float]
+
+
+@record(frozen=True)
+class Chip:
+    """The integers that controllers of a loop compute with.
+
+    Args:
+        form: The format, such as Q3.12.
+        blocks: By name of a block.
+        reason: Why a block has none, an empty text if all have.
+    """
+
+    form: str
+    blocks: Mapping[str, Integers]
+    reason: str = ""
+
+
+def on_chip(equations: LoopEquations, blocks: Mapping[str, Integers]) -> LoopEquations:
+    """Return a loop whose controllers are integers: they read rounded inputs, and others read outputs that are off.
+
+    The state of a controller is that in double precision: the errors of outputs hold for all of its steps.
+
+    Args:
+        equations: The loop.
+        blocks: By name of a block its integers.
+    """
+    inside: dict[str, dict[str, Expr]] = {}
+    outside: dict[str, Expr] = {}
+    further: dict[str, Equation] = {}
+    errors = dict(equations.errors)
+    for block, integers in blocks.items():
+        for name, (low, high, error) in integers.inputs.items():
+            signal = f"{block}.{name}"
+            limited = Call("clip", (Name(signal), Number(low), Number(high)))
+            further[signal] = Equation(f"{signal}#chip", limited + Name(f"{signal}#error"))
+            inside.setdefault(block, {})[signal] = Name(f"{signal}#chip")
+            errors[f"{signal}#error"] = error
+        for name, error in integers.outputs.items():
+            signal = f"{block}.{name}"
+            further[signal] = Equation(f"{signal}#chip", Name(signal) + Name(f"{signal}#error"))
+            outside[signal] = Name(f"{signal}#chip")
+            errors[f"{signal}#error"] = error
+    inputs = {f"{block}.{name}" for block, integers in blocks.items() for name in integers.inputs}
+
+    def read(name: str, expr: Expr) -> Expr:
+        """Return the right side of an equation of a name."""
+        block = "" if name in inputs else name.partition(".")[0]
+        return replace_names(expr, inside.get(block, outside))
+
+    body: list[Equation | Evaluation] = []
+    for item in equations.body:
+        if isinstance(item, Evaluation):
+            body.append(replace(item, arguments=tuple(read(item.names[0], a) for a in item.arguments)))
+            continue
+        body.append(replace(item, value=read(item.name, item.value)))
+        body += [further[item.name]] if item.name in further else []
+    return replace(
+        equations,
+        body=tuple(body),
+        plant_states=tuple(replace(s, derivative=read("", s.derivative)) for s in equations.plant_states),
+        updates=tuple(read(s.name, u) for s, u in zip(equations.states, equations.updates, strict=True)),
+        signals={name: read("", value) for name, value in equations.signals.items()},
+        delays=tuple(replace(d, signal=read("", d.signal)) for d in equations.delays),
+        held=equations.held | {f"{s}#chip" for s in outside},
+        errors=errors,
+    )
+
+
+def with_any_noise(equations: LoopEquations, deviations: float | None) -> LoopEquations:
+    """Return a loop whose noise has any value up to some standard deviations at each sample; None for its seeds."""
+    if deviations is None:
+        return equations
+    drawn = {names: noise for names, noise in equations.given.items() if isinstance(noise, Noise)}
+    noise = {name: deviations * abs(noise.sigma) for names, noise in drawn.items() for name in names}
+    rest = {names: column for names, column in equations.given.items() if names not in drawn}
+    return replace(equations, given=rest, errors={**equations.errors, **noise})
 
 
 def needs(body: Sequence[Equation | Evaluation], values: Sequence[Expr], names: Set[str]) -> bool:

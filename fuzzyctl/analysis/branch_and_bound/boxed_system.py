@@ -98,11 +98,18 @@ class System:
         return dict(zip(self.inputs, results, strict=True))
 
     def evaluate(
-        self, arguments: Sequence[Enclosure], wanted: Sequence[int], *, gaps: bool = False
+        self, arguments: Sequence[Enclosure], wanted: Sequence[int], *, gaps: bool = False, sparse: bool = False
     ) -> tuple[list[Enclosure], Mask]:
-        """Enclose some outputs at some arguments; and say which boxes give no value, or not at each of their points."""
+        """Enclose some outputs at some arguments; and say which boxes give no value, or not at each of their points.
+
+        Args:
+            arguments: Enclosures of the inputs.
+            wanted: Positions of the outputs.
+            gaps: Whether to return the boxes that may have a point without a value, in place of those without any.
+            sparse: See `Interpreter`.
+        """
         names = dict(zip(self.program.arguments, arguments, strict=True))
-        runner = Interpreter(names, self._state)
+        runner = Interpreter(names, self._state, sparse=sparse)
         result = runner.run(self._part(wanted), wanted)
         exact = [self.errors[k] for k in wanted]
         return [_widened(e, off) if off else e for e, off in zip(result, exact, strict=True)], (

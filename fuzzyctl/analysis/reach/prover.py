@@ -14,16 +14,17 @@ from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.analysis.reach import stability
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
-from fuzzyctl.analysis.reach.reach import ReachableSets, Step
-from fuzzyctl.analysis.reach.sets import Parallelotope, modes, with_symbols
+from fuzzyctl.analysis.reach.reach import ReachableSets, Step, loosened, within
+from fuzzyctl.analysis.reach.sets import Parallelotope, halves, modes, widest, with_symbols
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.work import clock
-from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in
+from fuzzyctl.expr import Number, names_in
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.kernels.plan.equations import Evaluation
+from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import TIME, Always, Loop, Stable
 from fuzzyctl.simulation.dead_times import kept_samples
-from fuzzyctl.simulation.equations import PlantState
+from fuzzyctl.simulation.equations import Chip, on_chip, with_any_noise
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.judgement import KEPT, Requirement
 from fuzzyctl.simulation.loop_params import starts_of
@@ -112,10 +113,19 @@ class LoopProver:
         loop: The loop.
         timeout: Seconds that the claims about finite times may take together, and each other claim.
         progress: Called now and then with a text and the numbers of settled and of open boxes.
+        chip: The integers of its controllers, None for double precision.
+        noise: How many standard deviations noise has at most; None for the numbers that its seeds draw.
     """
 
-    def __init__(self, loop: Loop, timeout: float, progress: Progress | None = None) -> None:
-        self.loop, self.timeout, self.progress = loop, timeout, progress
+    def __init__(
+        self,
+        loop: Loop,
+        timeout: float,
+        progress: Progress | None = None,
+        chip: Chip | None = None,
+        noise: float | None = None,
+    ) -> None:
+        self.loop, self.timeout, self.progress, self.chip, self.noise = loop, timeout, progress, chip, noise
         self.own = loop.guarantees
         #: Enclosure of the outputs of the plants for the claims decided so far; None before the first.
         self.tube: Tube | None = None
@@ -157,6 +167,7 @@ class LoopProver:
             equations = equations if isinstance(coarse, str) else coarse
             if equations.samples - 1 < end / equations.step - ALIGNED < math.inf:
                 equations = replace(equations, samples=equations.samples + 1)
+        equations = with_any_noise(on_chip(equations, self.chip.blocks if self.chip else {}), self.noise)
         columns = np.zeros((equations.samples, 0))
         if equations.given:
             from fuzzyctl.simulation.experiment import Experiment
@@ -167,8 +178,14 @@ class LoopProver:
     def verdict(self, claim: Always | Stable) -> Verdict:
         """Return the verdict on one of the claims in `own`."""
         position = next(k for k, c in enumerate(self.own) if c is claim)
+        if reason := self._of_integers(claim):
+            return Undecided(guarantee_text(claim), reason, span=claim.span)
         if position in self._refuted:
-            return self._refuted[position]
+            refuted = self._refuted[position]
+            if not self._assumed:
+                return refuted
+            reason = f"in double precision, with the noise of its seeds, a member breaks it: {refuted.note}"
+            return Undecided(refuted.claim, reason, span=claim.span)
         if position not in self._verdicts:
             if self._unsuited:
                 self._verdicts[position] = Undecided(guarantee_text(claim), self._unsuited)
@@ -180,7 +197,25 @@ class LoopProver:
                 asked = {k: c for k, c in enumerate(self.own) if k not in self._refuted}
                 finite = {k: c for k, c in asked.items() if isinstance(c, Always) and not c.forever}
                 self._verdicts |= dict(zip(finite, self._for_a_time(list(finite.values())), strict=True))
-        return replace(self._verdicts[position], span=claim.span)
+        verdict = self._verdicts[position]
+        if self._assumed and isinstance(verdict, Proved):
+            verdict = replace(verdict, note="; ".join([verdict.note, *self._assumed]))
+        return replace(verdict, span=claim.span)
+
+    @cached_property
+    def _assumed(self) -> list[str]:
+        """Text of the differences between the loop that is enclosed and the one that runs."""
+        chip = [] if self.chip is None else [f"the controllers in {self.chip.form}"]
+        return [*chip, *([] if self.noise is None else [f"noise up to {self.noise:g} standard deviations"])]
+
+    def _of_integers(self, claim: Always | Stable) -> str:
+        """Why a claim in fixed point is not decided: a block has no integers, or they round a state that it reads."""
+        if self.chip is None or self.chip.reason:
+            return self.chip.reason if self.chip else ""
+        pairs = [(i.name, self.loop.callee(i)) for i in self.loop.instances]
+        states = {f"{block}.{s.name}" for block, c in pairs if isinstance(c, Controller) for s in c.states}
+        name = next((n.name for n in names_in(claim.claim) if n.name in states), "")
+        return f"the claim reads '{name}', which integers round" if name else ""
 
     @cached_property
     def _unsuited(self) -> str:
@@ -355,7 +390,7 @@ class LoopProver:
         for state, form in zip(sets.equations.plant_states, step.states, strict=True):
             if math.isfinite(state.low) or math.isfinite(state.high):
                 low, high = ends(form)
-                outside = ~_within(state, low, high)
+                outside = ~within(state, low, high)
                 if outside.any():
                     text = f"state '{state.name}' may leave its range: it lies in [{low.min():.4g}, {high.max():.4g}]"
                     left.append((text, outside))
@@ -431,7 +466,7 @@ class LoopProver:
         """Return the verdict on a claim about all times for a box of the family, and where to cut it."""
         text = guarantee_text(claim)
         begin = 0.0 if claim.begin is None else self.loop.number(claim.begin)
-        widest = _widest(low[0], high[0])
+        longest = widest(low[0], high[0])
         asked = _Claim(claim, begin, math.inf)
         params = sum(not d.state for d in self.dimensions)
         plant, memory, free = self._begin(sets, low, high)
@@ -467,7 +502,7 @@ class LoopProver:
                     reason = f"no set of t <= {step.time:.6g} s lies in an earlier one: more time may help"
                     return Undecided(text, reason), -1
         except (NoTubeError, DomainError) as error:
-            return Undecided(text, str(error) or "no enclosure of the solutions is proved"), widest
+            return Undecided(text, str(error) or "no enclosure of the solutions is proved"), longest
         finally:
             if all(
                 map(np.array_equal, (low[0], high[0]), self._family())
@@ -481,6 +516,9 @@ class LoopProver:
         text = "stable"
         sets = self.sets([], math.inf)
         if reason := _changes(sets):
+            return Undecided(text, reason)
+        if sets.equations.errors:
+            reason = "rounding and noise keep a loop from a point: claim a range with 'require always ... from'"
             return Undecided(text, reason)
         if sets.spread:
             return Undecided(text, "with a disturbance nothing converges: claim a range with 'require always ... from'")
@@ -507,7 +545,7 @@ class LoopProver:
             until: When to stop; None to look at the start only.
         """
         params = sum(not d.state for d in self.dimensions)
-        text, widest = "stable", _widest(low[0, : params or None], high[0, : params or None])
+        text, longest = "stable", widest(low[0, : params or None], high[0, : params or None])
         plant, memory, free = self._begin(sets, low, high)
         balls: list[stability.Contraction] = []
         reasons: list[str] = []
@@ -533,7 +571,7 @@ class LoopProver:
         if look(0, begin) is None:
             return self._converges(sets, free, balls[0], 0.0), -1
         if until is None:
-            return Undecided(text, "no set contracts at the start"), widest
+            return Undecided(text, "no set contracts at the start"), longest
         try:
             for step in sets.run(plant, memory, free, len(self.dimensions), look):
                 time = step.time
@@ -546,7 +584,7 @@ class LoopProver:
         if balls:
             return self._converges(sets, free, balls[0], time + sets.equations.step), -1
         why = f": {reasons[0]}" if reasons and reasons[0] else ""
-        return Undecided(text, f"no set of t <= {time:.6g} s is proved to contract{why}"), widest
+        return Undecided(text, f"no set of t <= {time:.6g} s is proved to contract{why}"), longest
 
     def _converges(self, sets: ReachableSets, free: Sequence[Form], ball: stability.Contraction, time: float) -> Proved:
         what = "distances to the point of rest shrink" if ball.to_rest else "distances shrink"
@@ -560,37 +598,3 @@ def _changes(sets: ReachableSets) -> str:
     if sets.equations.given or any(n.name == TIME for e in sets.expressions for n in names_in(e)):
         return "the loop depends on the time, so that no set of its states says what comes after it"
     return ""
-
-
-def _within(state: PlantState, low: Form, high: Form) -> Mask:
-    """Return whether all values of a state surely lie in its range."""
-    above = low > state.low if state.without_low else low >= state.low
-    return above & (high < state.high if state.without_high else high <= state.high)
-
-
-def _widest(low: Form, high: Form) -> int:
-    """Return the longest side of a box beside the size of its numbers, -1 if it has no sides."""
-    return int(np.argmax((high - low) / np.maximum(np.abs(low), np.abs(high) + 1e-300))) if len(low) else -1
-
-
-def halves(low: Form, high: Form, side: int) -> list[tuple[Form, Form]]:
-    """Return the two halves of a box along a side."""
-    middle = 0.5 * (low[side] + high[side])
-    first, last = high.copy(), low.copy()
-    first[side] = last[side] = middle
-    return [(low, first), (last, high)]
-
-
-def loosened(claim: Expr, tolerance: float) -> Expr:
-    """Return a condition whose comparisons hold up to a tolerance."""
-    match claim:
-        case Compare(op="<" | "<=" as op, left=left, right=right) if tolerance:
-            return Compare(op, left, right + tolerance)
-        case Compare(op=">" | ">=" as op, left=left, right=right) if tolerance:
-            return Compare(op, left + tolerance, right)
-        case Compare(op="==" | "!=" as op, left=left, right=right) if tolerance:
-            near = Logic("and", (Compare("<=", left, right + tolerance), Compare("<=", right, left + tolerance)))
-            return near if op == "==" else Logic("not", (near,))
-        case Logic(op=op, operands=operands):
-            return Logic(op, tuple(loosened(o, tolerance) for o in operands))
-    return claim

@@ -15,10 +15,10 @@ from fuzzyctl.analysis.reach.series import Nodes, Series
 from fuzzyctl.analysis.reach.sets import is_long, modes, reduced, with_symbols
 from fuzzyctl.analysis.reach.slopes import Slopes
 from fuzzyctl.analysis.reach.surfaces import SystemSurface
-from fuzzyctl.expr import Expr, Name
+from fuzzyctl.expr import Compare, Expr, Logic, Name
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.loop import TIME
-from fuzzyctl.simulation.equations import LoopEquations, reached
+from fuzzyctl.simulation.equations import LoopEquations, PlantState, reached
 from fuzzyctl.simulation.expansion import free_name
 
 #: After how many samples a step of half as many parts is tried again, and most parts of a step.
@@ -112,7 +112,7 @@ class ReachableSets:
         #: How many stretches of a step show its outputs: more where there are few steps.
         self.stretches = 4 if equations.samples < _SEEN else 1
         self.outputs, self.shown = list(outputs), Nodes([*shared, *fixed], drawn, visible, tables)
-        inputs = [*shared, *memory, *self.free, *columns, *equations.rates, *acting]
+        inputs = [*shared, *memory, *self.free, *columns, *equations.rates, *acting, *equations.errors]
         self.sample = Nodes(inputs, body, [*map(Name, self.held), *equations.updates], tables)
         self.plant, self.memory, self.columns = plant, memory, columns
 
@@ -158,13 +158,14 @@ class ReachableSets:
         equations, step = self.equations, self.equations.step
         before: list[Form] = []
         acting: list[Value] = [np.array([[c, s]]) for c, s in zip(self.centres, self.spread, strict=True)]
+        errors: list[Value] = [np.array([[0.0, e]]) for e in equations.errors.values()]
         count = 1
         for k in itertools.count():
             time = k * step
             flags = [1.0 if k % n == 0 else 0.0 for n in equations.rates.values()]
             columns = [float(v) for v in self.given[k]] if self.columns else []
             values = [_number(a) for a in m]
-            results = Series(self.sample, [time, *x, *values, *free, *columns, *flags, *acting]).extend()
+            results = Series(self.sample, [time, *x, *values, *free, *columns, *flags, *acting, *errors]).extend()
             outputs, updates = results[: len(self.held)], results[len(self.held) :]
             other = [v for n, v in zip(self.columns, columns, strict=True) if n not in self.held]
             constants: list[Value] = [*outputs, *free, *other, *values]
@@ -199,6 +200,27 @@ class ReachableSets:
                     return
                 before, rows = rows if changed is rows else [], changed
             x, m = rows[: len(x)], rows[len(x) :]
+
+
+def loosened(claim: Expr, tolerance: float) -> Expr:
+    """Return a condition whose comparisons hold up to a tolerance."""
+    match claim:
+        case Compare(op="<" | "<=" as op, left=left, right=right) if tolerance:
+            return Compare(op, left, right + tolerance)
+        case Compare(op=">" | ">=" as op, left=left, right=right) if tolerance:
+            return Compare(op, left + tolerance, right)
+        case Compare(op="==" | "!=" as op, left=left, right=right) if tolerance:
+            near = Logic("and", (Compare("<=", left, right + tolerance), Compare("<=", right, left + tolerance)))
+            return near if op == "==" else Logic("not", (near,))
+        case Logic(op=op, operands=operands):
+            return Logic(op, tuple(loosened(o, tolerance) for o in operands))
+    return claim
+
+
+def within(state: PlantState, low: Form, high: Form) -> Mask:
+    """Return whether all values of a state surely lie in its range."""
+    above = low > state.low if state.without_low else low >= state.low
+    return above & (high < state.high if state.without_high else high <= state.high)
 
 
 def _number(a: Form) -> Value:

@@ -158,3 +158,16 @@ def _boxed(g: Form, scale: Form, motion: tuple[Form, Form] | None) -> tuple[Form
             best = size, basis * lengths * (1.0 + 1e-15 * (10 + sized.shape[1])), rest
     assert best is not None
     return best[1] * scale[:, None], best[2] * scale * (1.0 + 1e-14)
+
+
+def widest(low: Form, high: Form) -> int:
+    """Return the longest side of a box beside the size of its numbers, -1 if it has no sides."""
+    return int(np.argmax((high - low) / np.maximum(np.abs(low), np.abs(high) + 1e-300))) if len(low) else -1
+
+
+def halves(low: Form, high: Form, side: int) -> list[tuple[Form, Form]]:
+    """Return the two halves of a box along a side."""
+    middle = 0.5 * (low[side] + high[side])
+    first, last = high.copy(), low.copy()
+    first[side] = last[side] = middle
+    return [(low, first), (last, high)]

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
-from itertools import product
-from typing import Final
+from itertools import combinations, product
+from typing import Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.reach import forms
-from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, corners, ends, radius
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, Value, as_form, corners, ends
 from fuzzyctl.analysis.reach.series import Nodes, Series
 from fuzzyctl.analysis.reach.slopes import Slopes
 from fuzzyctl.kernels.algorithms.grid import Grid, Table, grid_of
-from fuzzyctl.kernels.interval.vector import boxes
+from fuzzyctl.kernels.interval import vector
+from fuzzyctl.kernels.interval.vector import Enclosure, boxes
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.sets import SetPlan
 from fuzzyctl.model.system import FuzzySystem
@@ -45,7 +48,7 @@ class SystemSurface:
         if not all(np.all(np.isfinite(a)) for a in arguments):
             raise DomainError(f"an input of system '{self.system.name}' has no bound")
         if self.grid is None:
-            return self._by_slopes(arguments)
+            return self._by_parts(arguments, range(len(self.system.outputs)))
         return [self._of_table(t, arguments, e) for t, e in zip(self.grid.outputs, self._boxed.errors, strict=True)]
 
     @cached_property
@@ -55,7 +58,7 @@ class SystemSurface:
     def _of_table(self, table: Table, arguments: Sequence[Form], error: float) -> Value:
         assert self.grid is not None
         if not np.isfinite(error):
-            return self._by_slopes(arguments)[self.grid.outputs.index(table)]
+            return self._by_parts(arguments, [self.grid.outputs.index(table)])[0]
         sides = [arguments[i] for i in self.grid.inputs]
         shape = tuple(len(k) for k in self.grid.knots)
         value: Value = self._plane(np.array(table.value).reshape(shape), sides)
@@ -115,13 +118,12 @@ class SystemSurface:
         """
         if self.grid is not None and not any(t.weight for t in self.grid.outputs):
             return self._gradients_of_table(self.grid.outputs[output], inputs)
-        low, high = (np.array(e) for e in zip(*map(ends, inputs), strict=True))
-        (enclosure,), gaps = self._boxed.evaluate(boxes(low, high), [output], gaps=True)
-        slopes = enclosure.slopes
-        if bool(np.any(gaps)) or slopes is None or not all(np.all(np.isfinite(s)) for s in slopes):
+        (enclosure,) = self._enclosed(*self._cut([forms.hulled(as_form(a)) for a in inputs]), [output]).over
+        assert enclosure.slopes is not None
+        below, above = (np.broadcast_to(s, (len(inputs), len(enclosure.lo))) for s in enclosure.slopes)
+        if not (np.all(np.isfinite(below)) and np.all(np.isfinite(above))):
             raise DomainError(f"the slopes of system '{self.system.name}' have no bound there")
-        below, above = (np.broadcast_to(s, low.shape)[:, 0] for s in slopes)
-        return corners(forms.interval(below, above))
+        return corners(forms.interval(below.min(1), above.max(1)))
 
     def exactly(self, inputs: Sequence[Value]) -> list[Value]:
         """Return the outputs in exact arithmetic where they are known: at 0, and at knots; else forms."""
@@ -156,10 +158,12 @@ class SystemSurface:
             (low,), (high,) = ends(a)
             if not side.extrapolate and not side.lower <= low <= high <= side.upper:
                 return None
-        low, high = (np.array(e) for e in zip(*map(ends, inputs), strict=True))
-        _, gaps = self._boxed.evaluate(boxes(low, high), [output], gaps=True)
         rows = [self._coefficients(result.terms[e.term], inputs) for e in result.implied]
-        if bool(np.any(gaps)) or any(row is None for row in rows):
+        if any(row is None for row in rows):
+            return None
+        try:
+            self._enclosed(*self._cut([forms.hulled(as_form(a)) for a in inputs]), [output])
+        except DomainError:
             return None
         return np.stack([row for row in rows if row is not None])
 
@@ -290,38 +294,155 @@ class SystemSurface:
             results[..., i, 1] = 64 * 2.0**-53 * np.abs(values).max() / max(float(lengths.min(initial=1.0)), 1e-300)
         return _hull(results.reshape(-1, len(inputs), 2))
 
-    def _by_slopes(self, arguments: Sequence[Form]) -> list[Value]:
-        """Return forms by the mean value: the value at the centre, and the slopes over the box."""
-        low, high = (np.array(e) for e in zip(*map(ends, arguments), strict=True))
-        wanted = list(range(len(self.system.outputs)))
+    @cached_property
+    def _curved(self) -> list[int]:
+        """Inputs that the surface is not linear in, as far as is known: those of the rules' conditions."""
+        inputs = range(len(self.system.inputs))
+        read = {d.variable for d in self.plan.degrees}
+        return [i for i in inputs if i in read or self.plan.has_formulas]
+
+    def _cut(self, sides: Sequence[Form]) -> tuple[Form, Form]:
+        """Return ends of boxes that together hold a set, shape (inputs, boxes); cut where terms bend, and between."""
+        axes = whole = [np.array([low[0], high[0]]) for low, high in map(ends, sides)]
+        share = max(2, round(_PARTS ** (1.0 / max(len(self._curved), 1))))
+        for even in (share, 1):
+            axes = list(whole)
+            for i in self._curved:
+                low, high = whole[i]
+                knots = np.array([low, *sorted(x for x in self._boxed.breakpoints(i) if low < x < high), high])
+                axes[i] = np.concatenate([knots, 0.5 * (knots[:-1] + knots[1:]), np.linspace(low, high, even + 1)])
+            axes = [np.unique(a) for a in axes]
+            if math.prod(max(len(a) - 1, 1) for a in axes) <= _MOST_PARTS:
+                break
+        else:
+            axes = whole
+        first, last = [a[:-1] if len(a) > 1 else a for a in axes], [a[1:] if len(a) > 1 else a for a in axes]
+        low, high = (np.stack([m.reshape(-1) for m in np.meshgrid(*e, indexing="ij")]) for e in (first, last))
+        met = _meets(sides, self._curved, low, high)
+        return low[:, met], high[:, met]
+
+    def _enclosed(self, low: Form, high: Form, wanted: Sequence[int]) -> _Parts:
+        """Return outputs over boxes; a box in which they may have no value is cut into parts.
+
+        Args:
+            low, high: Ends of the boxes, shape (inputs, boxes).
+            wanted: Positions of the outputs.
+
+        Raises:
+            DomainError: If there may be a place without a value.
+        """
+        done, most = list[_Parts](), self._boxed.batch
+        waiting = [(low, high, np.arange(low.shape[1]), _ROUNDS)]
+        while waiting:
+            low, high, origin, rounds = waiting.pop()
+            if len(origin) > most:
+                waiting += [(low[:, p], high[:, p], origin[p], rounds) for p in (slice(most), slice(most, None))]
+                continue
+            count, centre = len(origin), 0.5 * (low + high)
+            places = boxes(np.concatenate([low, centre], 1), np.concatenate([high, centre], 1))
+            results, gaps = self._boxed.evaluate(places, wanted, gaps=True, sparse=True)
+            full = ~np.broadcast_to(gaps, 2 * count)[:count]
+            nothing = np.zeros(count, bool)
+            over = [e.taken(np.concatenate([full, nothing])) for e in results]
+            there = [e.taken(np.concatenate([nothing, full])) for e in results]
+            done.append(_Parts(low[:, full], high[:, full], origin[full], over, there))
+            low, high, origin = low[:, ~full], high[:, ~full], origin[~full]
+            if len(origin) * 2 ** len(self._curved) > (_MOST_PARTS if rounds else 0):
+                raise DomainError(f"system '{self.system.name}' may have no value")
+            for i in self._curved:
+                middle = 0.5 * (low[i] + high[i])
+                low, high, origin = np.tile(low, 2), np.tile(high, 2), np.tile(origin, 2)
+                low[i, len(middle) :] = high[i, : len(middle)] = middle
+            waiting += [(low, high, origin, rounds - 1)] if len(origin) else []
+        columns = [[vector.joined(e) for e in zip(*(d[k] for d in done), strict=True)] for k in (3, 4)]
+        low, high = (np.concatenate([d[k] for d in done], 1) for k in (0, 1))
+        return _Parts(low, high, np.concatenate([d.origin for d in done]), *columns)
+
+    def _by_parts(self, arguments: Sequence[Form], wanted: Sequence[int]) -> list[Value]:
+        """Return forms of outputs by mean values in the parts of a set.
+
+        On a part with the centre m the function less s (x - c) lies in f(m) - s (m - c) + (G - s)(x - m), G the slopes
+        over the part, and in its range less s (x - c).
+        """
         if self.plan.states or self.plan.held:
             raise DomainError(f"system '{self.system.name}' has a state")
-        whole, gaps = self._boxed.evaluate(boxes(low, high), wanted, gaps=True)
-        centre = np.array([a[:, 0] for a in arguments])
-        there, _ = self._boxed.evaluate(boxes(centre, centre), wanted)
-        if bool(np.any(gaps)):
-            raise DomainError(f"system '{self.system.name}' may have no value")
-        results: list[Value] = []
-        for output, (enclosure, at) in enumerate(zip(whole, there, strict=True)):
-            hull = forms.interval(*np.broadcast_arrays(enclosure.lo, enclosure.hi, low[0])[:2])
-            if low.shape[1] == 1 and (rules := self.rules(arguments, output)) is not None:
-                hull = forms.narrower(_between_rules(rules, arguments), hull)
-            slopes = enclosure.slopes
-            if slopes is None or not all(np.all(np.isfinite(s)) for s in slopes):
-                results.append(hull)
-                continue
-            below, above = (np.broadcast_to(s, low.shape) for s in slopes)
-            spread = 0.5 * (above - below) * np.array([radius(a) for a in arguments])
-            steep = np.maximum(np.abs(below), np.abs(above))
-            spread += 1e-15 * steep * np.array([radius(a) for a in arguments])
-            error = 0.5 * (at.hi - at.lo) + spread.sum(0) * (1.0 + 1e-12) + 1e-12 * (np.abs(at.lo) + np.abs(at.hi))
-            plane = _planes(
-                arguments, 0.5 * (below + above), np.broadcast_to(0.5 * (at.lo + at.hi), low[0].shape), error
-            )
-            results.append(forms.narrower(plane, hull))
+        count = arguments[0].shape[0]
+        sides = [[a[box : box + 1] for a in arguments] for box in range(count)]
+        cut = [self._cut(s) for s in sides]
+        low, high = (np.concatenate(e, 1) for e in zip(*cut, strict=True))
+        parts = self._enclosed(low, high, wanted)
+        owner = np.repeat(np.arange(count), [low.shape[1] for low, _ in cut])[parts.origin]
+        results: list[Value] = [
+            np.concatenate([_secant(sides[box], parts, k, owner == box) for box in range(count)])
+            for k in range(len(wanted))
+        ]
+        if count == 1:
+            for k, output in enumerate(wanted):
+                if (rules := self.rules(arguments, output)) is not None:
+                    results[k] = forms.narrower(as_form(results[k]), _between_rules(rules, arguments))
         if any(not np.all(np.isfinite(as_form(r))) for r in results):
             raise DomainError(f"system '{self.system.name}' has no finite bound")
         return results
+
+
+class _Parts(NamedTuple):
+    """Outputs over parts of boxes.
+
+    Args:
+        low, high: Ends of the parts, shape (inputs, parts).
+        origin: The box that each is a part of.
+        over, there: Of each output the enclosures over the parts, and at their centres.
+    """
+
+    low: Form
+    high: Form
+    origin: npt.NDArray[np.intp]
+    over: list[Enclosure]
+    there: list[Enclosure]
+
+
+def _meets(sides: Sequence[Form], axes: Sequence[int], low: Form, high: Form) -> Mask:
+    """Return which boxes may meet a set: those that no line along one of its symbols parts from it."""
+    met = np.ones(low.shape[1], bool)
+    for i, j in combinations(axes, 2):
+        x, y = sides[i][0], sides[j][0]
+        steps = np.stack([x[2:], y[2:]])
+        longest = np.argsort(-np.abs(steps).max(0))[:_LINES]
+        for normal in np.stack([-steps[1, longest], steps[0, longest]], -1):
+            reach = np.abs(normal @ steps).sum() + np.abs(normal) @ np.abs([x[1], y[1]])
+            middle = normal @ (0.5 * (low + high)[[i, j]]) - normal @ np.array([x[0], y[0]])
+            half = np.abs(normal) @ (0.5 * (high - low)[[i, j]])
+            size = np.abs(normal) @ (np.abs(low[[i, j]]) + np.abs(high[[i, j]]))
+            met &= np.abs(middle) <= (reach + half) * (1.0 + _ASIDE) + _ASIDE * size
+    return met
+
+
+def _secant(sides: Sequence[Form], parts: _Parts, output: int, own: Mask) -> Form:
+    """Return a plane near an output over one set, with the largest distance from it over some of the parts."""
+    over, there = parts.over[output].taken(own), parts.there[output].taken(own)
+    centre = 0.5 * (parts.low + parts.high)[:, own]
+    reach = np.maximum(parts.high[:, own] - centre, centre - parts.low[:, own])
+    moved = centre - np.array([s[0, 0] for s in sides])[:, None]
+    middle, off = 0.5 * (there.lo + there.hi), 0.5 * (there.hi - there.lo) + over.error
+    assert over.slopes is not None
+    below, above = (np.broadcast_to(s, moved.shape) for s in over.slopes)
+    best: tuple[float, float, Form, float] | None = None
+    for slope in _slopes(moved.T, middle) if np.all(np.isfinite(middle)) else [np.zeros(len(sides))]:
+        steep = np.maximum(np.abs(above - slope[:, None]), np.abs(below - slope[:, None]))
+        spread = np.where(reach > 0.0, steep * reach, 0.0).sum(0) + off
+        height, line = middle - slope @ moved, np.abs(slope) @ reach
+        size = np.abs(there.lo) + np.abs(there.hi) + np.abs(slope) @ np.abs(moved) + line
+        slack = 64 * 2.0**-53 * (size + np.abs([spread, over.lo, over.hi]))
+        ends_of_rest = height - spread - slack[0], height + spread + slack[0]
+        shift = slope @ moved
+        least = np.fmax(ends_of_rest[0], over.lo - shift - line - slack[1]).min()
+        most = np.fmin(ends_of_rest[1], over.hi - shift + line + slack[2]).max()
+        if best is None or most - least < best[1] - best[0]:
+            best = float(least), float(most), slope, float(size.max())
+    assert best is not None
+    least, most, slope, size = best
+    error = 0.5 * (most - least) + 64 * 2.0**-53 * size
+    return _planes(sides, slope[:, None], np.array([0.5 * (least + most)]), np.array([error]))
 
 
 def _between_rules(rules: Form, sides: Sequence[Form]) -> Form:
@@ -353,6 +474,12 @@ def _planes(sides: Sequence[Form], slopes: Form, middle: Form, error: Form) -> F
     return forms.padded(out, size * len(sides))
 
 
+#: About how many parts a set is cut into, and at most; how often those that may have no value are cut again.
+_PARTS: Final = 64
+_MOST_PARTS: Final = 1024
+_ROUNDS: Final = 4
+#: Symbols along whose directions parts are tried that may not meet a set.
+_LINES: Final = 6
 #: Most gradients that take the place of a box.
 _MOST_CORNERS: Final = 32
 #: Slabs that a plane set is cut into.

@@ -39,6 +39,8 @@ class Interpreter:
         names: Enclosures by name.
         items: Enclosures of numbers of arrays; None without arrays.
         call: Encloses a function that the language does not know.
+        sparse: Whether a value that is 0 in all boxes counts as the number 0, so that it costs no further work. Its
+            slopes are then those within the boxes: 0 along a side without width, too.
     """
 
     def __init__(
@@ -46,8 +48,10 @@ class Interpreter:
         names: Mapping[str, Enclosure],
         items: Callable[[Item], Enclosure] | None = None,
         call: Callable[[Call], Enclosure | None] | None = None,
+        *,
+        sparse: bool = False,
     ) -> None:
-        self.names, self.items, self.call = dict(names), items, call
+        self.names, self.items, self.call, self.sparse = dict(names), items, call, sparse
         #: Boxes in which a value does not exist, and those in which there may be points without one.
         self.void: Mask = np.array(False)
         self.gaps: Mask = np.array(False)
@@ -66,13 +70,20 @@ class Interpreter:
             case Binary(op="*", left=left, right=right) if left == right:
                 return square(self.enclose(left))
             case Binary(op=op, left=left, right=right):
-                return _BINARY[op](self.enclose(left), self.enclose(right))
+                return self._binary(op, self.enclose(left), self.enclose(right))
             case Where():
                 return self._where(expr)
             case Call(function=function, arguments=arguments):
                 enclosure = self.call(expr) if self.call is not None else None
                 return enclosure if enclosure is not None else applied(function, [self.enclose(a) for a in arguments])
         raise TypeError(f"{type(expr).__name__} has no enclosure")
+
+    def _binary(self, op: str, a: Enclosure, b: Enclosure) -> Enclosure:
+        if self.sparse and op in ("+", "*"):
+            for zero, other in ((a, b), (b, a)):
+                if zero is _ZERO and (op == "+" or bool(np.all(np.isfinite(other.lo) & np.isfinite(other.hi)))):
+                    return other if op == "+" else zero
+        return _BINARY[op](a, b)
 
     def _where(self, expr: Where) -> Enclosure:
         return self._chosen(expr, *self.decide(expr.condition))
@@ -116,7 +127,9 @@ class Interpreter:
         for statement in program.body:
             match statement:
                 case Assign(name=name, value=value):
-                    self.names[name] = self.enclose(value)
+                    enclosure = self.enclose(value)
+                    is_zero = self.sparse and not (np.any(enclosure.lo) or np.any(enclosure.hi))
+                    self.names[name] = _ZERO if is_zero else enclosure
                 case Accumulate():
                     self._accumulate(statement, tables)
                 case Fold(then=then):
@@ -145,6 +158,9 @@ class Interpreter:
             inner.names[assignment.name] = inner.enclose(assignment.value)
         for assign in statement.sums:
             self.names[assign.name] = _summed(inner.enclose(assign.value), statement.count)
+
+
+_ZERO: Final = constant(0.0)
 
 
 def _anything() -> Enclosure:

@@ -47,6 +47,24 @@ class Enclosure:
         """The largest magnitude."""
         return np.maximum(np.abs(self.lo), np.abs(self.hi))
 
+    def taken(self, mask: Mask) -> Enclosure:
+        """Return the enclosures over some of the boxes, with slopes of shape (inputs, boxes) or (1, boxes)."""
+        zero = np.zeros((1, 1))
+        arrays = [np.broadcast_to(a, (*a.shape[:-1], len(mask)))[..., mask] for a in (self.lo, self.hi, self.error)]
+        slopes = [np.broadcast_to(s, (len(s), len(mask)))[:, mask] for s in self.slopes or (zero, zero)]
+        return Enclosure(arrays[0], arrays[1], (slopes[0], slopes[1]), arrays[2])
+
+
+def joined(parts: Sequence[Enclosure]) -> Enclosure:
+    """Return the enclosures over the boxes of several, as `Enclosure.taken` returns them."""
+    lo, hi, error = (np.concatenate(rows) for rows in zip(*((e.lo, e.hi, e.error) for e in parts), strict=True))
+    pairs = [e.slopes for e in parts if e.slopes is not None]
+    inputs = max(len(s[0]) for s in pairs)
+    below, above = (
+        np.concatenate([np.broadcast_to(s[side], (inputs, s[side].shape[1])) for s in pairs], 1) for side in (0, 1)
+    )
+    return Enclosure(lo, hi, (below, above), error)
+
 
 def constant(low: float, high: float | None = None, *, error: float = 0.0) -> Enclosure:
     """Return the enclosure of a number, or of one that is only known to lie between two."""

@@ -13,7 +13,7 @@ from fuzzyctl.analysis.multilinear.surface import surface_of
 from fuzzyctl.analysis.reach.forms import DomainError, ends
 from fuzzyctl.analysis.reach.surfaces import SystemSurface, _slabs
 from tests import sizes
-from tests.fuzzyctl.analysis.reach.exact import at, holds
+from tests.fuzzyctl.analysis.reach.exact import arb, at, holds
 from tests.properties.drawn_systems import plain_systems, systems
 from tests.shipped import rules_folder
 
@@ -215,3 +215,100 @@ def test_a_small_set_has_a_narrow_plane():
 def test_inputs_without_bound_are_refused(bad):
     with pytest.raises(DomainError):
         SystemSurface(loads(CURVED))([np.array([[0.0, bad]]), np.array([[0.0, 0.0]])])
+
+
+INPUTS = """
+input a in [-1, 1]
+  {}
+input b in [-1, 1]
+  {}
+"""
+PARTITION = INPUTS.format(*["terms N Z P"] * 2)
+CURVES = INPUTS.format(*["N = gaussian(-1, 0.5)\n  Z = gaussian(0, 0.4)\n  P = gaussian(1, 0.5)"] * 2)
+TABLE = "table u = a x b\n       N  Z  P\n  N |  N  N  Z\n  Z |  N  Z  P\n  P |  Z  P  P\n"
+SETS = "output u in [-1, 1]\n  N = triangle(-1, -0.5, 0)\n  Z = triangle(-0.4, 0, 0.4)\n  P = triangle(0, 0.5, 1)\n"
+LINES = "output u in [-9, 9]\nif a is N then u is function(a - 2 * b)\nif a is Z then u is function(0.5 * b)\n"
+LINES += "if a is P and b is Z then u is function(1 + a * b)\n"
+#: Systems that are no tables, how often the planes of small sets may be wider than what simulation shows.
+KINDS = {
+    "min, max, centroid": ("and min\n", PARTITION + SETS + TABLE, 3.0),
+    "min, sum, centroid": ("and min\nimplication min\naggregation sum\n",
+                           PARTITION + SETS + TABLE, 3.0),
+    "product, sampled": ("and product\nimplication product\naggregation max\ndefuzzifier centroid(resolution=51)\n",
+                         CURVES + SETS + TABLE, 2.0),
+    "average of centres": ("and min\ndefuzzifier center_average\n",
+                           PARTITION + SETS + TABLE, 3.0),
+    "curved terms": ("and product\ndefuzzifier weighted_average\n",
+                     CURVES + "output u in [-1, 1]\n  terms N=-1 Z=0 P=1\n" + TABLE, 1.5),
+    "linear consequents": ("and product\ndefuzzifier weighted_average\n", CURVES + LINES, 1.5),
+    "weights of rules": (
+        "and min\ndefuzzifier center_average\n",
+        PARTITION + SETS + "if a is N then u is N weight 0.25\nif a is Z then u is Z weight 0.5\n"
+        "if a is P then u is P\nif b is P then u is P weight 0.3\n", 3.0),
+    "maxima": ("and min\ndefuzzifier mom\n", PARTITION + SETS + TABLE, math.inf),
+    "inverses": ("and product\ndefuzzifier tsukamoto\n",
+                 CURVES + "output u in [0, 1]\n  N = ramp(1, 0)\n  Z = ramp(0, 1)\n  P = ramp(0.2, 0.9)\n"
+                 + TABLE, 1.5),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_planes_of_systems_that_are_no_tables_hold_their_values(kind):
+    """At 20,000 places each; they are not much wider than what these show."""
+    methods, rest, wider = KINDS[kind]
+    system = loads(f"system s\n{methods}{rest}")
+    surface, kernel = SystemSurface(system), compile(system, "numpy")
+    rng, widths = np.random.default_rng(1), []
+    for size in (1.5, 0.5, 0.1, 0.1, 0.1, 0.1, 0.01, 0.01):
+        centre = rng.uniform(-0.9, 0.9, 2)
+        steps = rng.uniform(-1, 1, (2, 3)) * size / 3
+        steps[1] = steps[0] * -0.7 if rng.integers(4) == 0 else steps[1]
+        rows = [np.array([[c, own, *g]]) for c, g, own in zip(centre, steps, (0.0, 0.1 * size), strict=True)]
+        symbols = rng.uniform(-1, 1, (5000 if size > 1 else 2000, 4))
+        symbols[::2] = np.sign(symbols[::2])
+        places = centre + symbols[:, :3] @ steps.T + np.outer(symbols[:, 3], [0.0, 0.1 * size])
+        values = kernel.batch(places)
+        (plane,) = surface(rows)
+        rest = values - plane[0, 0] - symbols[:, :3] @ plane[0, 2:]
+        assert (np.abs(rest) <= plane[0, 1] + 1e-13 * (1 + np.abs(values))).all()
+        low, high = ends(plane)
+        if size == 0.1 and np.ptp(values) > 0.02:
+            widths.append(float(high[0] - low[0]) / np.ptp(values))
+    assert np.exp(np.mean(np.log(widths or [1.0]))) <= wider
+
+
+def test_a_curved_surface_is_held_to_many_digits():
+    """Compared with the formula of the average in the arithmetic of arb."""
+    text = (
+        "system s\ndefuzzifier weighted_average\ninput a in [-2, 2]\n  N = gaussian(-1, 0.5)\n  P = gaussian(1, 0.75)\n"
+    )
+    system = loads(
+        text + "output u in [-9, 9]\nif a is N then u is function(1 - 3 * a)\nif a is P then u is function(a)\n"
+    )
+    surface = SystemSurface(system)
+    for size in (1.0, 2.0**-6, 2.0**-30, 2.0**-44):
+        for centre in (-0.75, 0.0, 0.5):
+            (plane,) = surface([np.array([[centre, 0.0, size]])])
+            for e in np.linspace(-1, 1, 33):
+                x = arb(Fraction(centre) + Fraction(float(e)) * Fraction(size))
+                n = (-((x + 1) ** 2) / (2 * arb("0.25"))).exp()
+                p = (-((x - 1) ** 2) / (2 * arb("0.5625"))).exp()
+                assert holds(plane, [e], (n * (1 - 3 * x) + p * x) / (n + p)), (size, centre, e)
+
+
+def test_slopes_of_a_curved_surface_hold_its_differences():
+    methods, rest, _ = KINDS["linear consequents"]
+    system = loads(f"system s\n{methods}{rest}")
+    surface, kernel = SystemSurface(system), compile(system, "numpy")
+    rng = np.random.default_rng(2)
+    for size in (0.8, 0.1, 0.01):
+        centre = rng.uniform(-0.2, 0.2, 2)
+        low, high = ends(surface.gradients([np.array([[c, size]]) for c in centre], 0))
+        for side in (0, 1):
+            places = centre + rng.uniform(-size, size, (2, 2000, 2))
+            places[1, :, 1 - side] = places[0, :, 1 - side]
+            apart = np.diff(places[..., side], axis=0)[0]
+            slopes = np.diff([kernel.batch(p) for p in places], axis=0)[0] / apart
+            slopes = slopes[np.abs(apart) > 1e-3 * size]
+            assert low[:, side].min() - 1e-9 <= slopes.min()
+            assert slopes.max() <= high[:, side].max() + 1e-9
