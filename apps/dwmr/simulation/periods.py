@@ -196,16 +196,11 @@ def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
 
 def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, other_plant: bool, every: int) -> World:
     scenario = simulation.scenario
-    robots = np.zeros(len(scenario.robots), dtype=ROBOT)
-    names = list(scenario.robots)
-    for row, robot in zip(robots, scenario.robots.values(), strict=True):
-        for name, value in _constants(robot, names).items():
-            row[name] = value
     return World(
         scenario.run.dt,
         scenario.run.substeps,
         simulation.shape.constants,
-        robots.view(np.recarray),
+        records(scenario),
         _acting(scenario).view(np.recarray),
         Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
         Avoidance(**scenario.avoidance.model_dump()),
@@ -217,6 +212,15 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
         every,
         delay_of(scenario),
     )
+
+
+def records(scenario: Scenario) -> Any:
+    """Return the constants of all robots, records of dtype `ROBOT`, shape (n,)."""
+    robots = np.zeros(len(scenario.robots), dtype=ROBOT)
+    for row, robot in zip(robots, scenario.robots.values(), strict=True):
+        for name, value in _constants(robot, list(scenario.robots)).items():
+            row[name] = value
+    return robots.view(np.recarray)
 
 
 def _frozen(scenario: Scenario, laws: list[Law]) -> FloatArray:
