@@ -78,12 +78,13 @@ HOMES = {
     "distributed": {"fuzzyctl/experiments/dask_workers.py"},
     "control": {"apps/gallery/beside_upa.py"},  # elsewhere by name, when it is called
     "fmpy": set(),  # by name, when a loop with an FMU is run
-    "rosbags": {"apps/dwmr/output/bag.py"},
+    "rosbags": {"apps/dwmr/output/bag.py", "apps/dwmr/results/logs.py"},
     "rclpy": set(),  # by name, when the node starts
     "mujoco": set(),  # by name, when a scenario's robots are rigid bodies
     "gymnasium": {"fuzzyctl/interop/environments.py"},
     "scipy": {
         "apps/dwmr/output/data.py",
+        "apps/dwmr/results/identification.py",
         "fuzzyctl/experiments/estimates.py",
         "fuzzyctl/simulation/members.py",
         "fuzzyctl/simulation/simulate.py",

@@ -109,6 +109,7 @@ CODES: Final[dict[str, str]] = {
     "FZ908": "a run was stopped",
     "FZ909": "an output folder cannot be used",
     "FZ910": "a path file is malformed",
+    "FZ911": "a log of robots is malformed",
 }
 
 #: Codes of rule files that are warnings or hints, at least in some of their cases; all others are errors always.

@@ -74,6 +74,7 @@ ROBOTS = {
     "paper": [["paper", "-o", "→", "--set", "run.horizon=→"]],
     "compare": [["compare", "mine.toml", "--controller", "smc", "--jobs", "1"]],
     "bench": [["bench", "→"], ["bench", "mine.toml", "--set", "run.horizon=→"]],
+    "identify": [["identify", "→.csv"], ["identify", FILE, "--scenario", "mine.toml", "--format", "json"]],
     "sweep": [["sweep", "spec.toml", "--jobs", "1", "-o", "→"], ["sweep", "→.toml"]],
 }
 LOOP = """plant tank

@@ -20,6 +20,7 @@ COMMANDS: Final = {
     "report": ("dwmr.cli.run", "report", "Write one HTML page with tables and interactive plots."),
     "compare": ("dwmr.cli.repetitions", "compare", "Compare control laws, with confidence intervals."),
     "bench": ("dwmr.cli.repetitions", "bench", "Tune control laws equally, and compare them on held-out runs."),
+    "identify": ("dwmr.cli.identify", "identify", "Identify a robot's parameters from a log."),
     "sweep": ("dwmr.cli.repetitions", "sweep", "Run a scenario many times with varied values."),
 }
 
@@ -47,6 +48,8 @@ def main() -> None:
     dwmr figures experiment -o figures   counterparts of Figs. 29 to 39
     dwmr paper -o paper                  all tables and figures of the paper
     dwmr animate paper -o run.gif        the run as a film
+    dwmr run mine.toml --beside log.csv  a run beside real robots
+    dwmr identify log.csv -o mine.toml   a robot's mass, friction, lag
     dwmr report paper --controller all   tables and plots on one HTML page
     dwmr compare paper --runs 20         laws with confidence intervals
     dwmr bench paper                     laws after equal tuning

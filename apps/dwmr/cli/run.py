@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,12 +12,14 @@ import click
 
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
+from fuzzyctl.cli.common import show
 from fuzzyctl.cli.progress import Begin, stages
 from fuzzyctl.cli.streams import interrupts_wait, outlive, say, terminated_as_interrupted, write_json
 from fuzzyctl.cli.sweeps import data_option, require_formats
 from fuzzyctl.experiments.result_files import finite, one_file, results, write_summary
 
 if TYPE_CHECKING:
+    from dwmr.results.logs import Log
     from dwmr.simulation.simulate import Trajectory
     from fuzzyctl.experiments.result_files import Results
 
@@ -36,6 +38,14 @@ if TYPE_CHECKING:
     show_default=False,
     help="Record the run of one control law as rosbag2, the format of ROS 2, in a new folder.",
 )
+@click.option(
+    "--beside",
+    type=click.Path(path_type=Path),
+    metavar="TABLE|LOG",
+    show_default=False,
+    help="Compare the run with table12 or table13 of the paper, whatever was changed, or with a log of real robots: "
+    "CSV or rosbag2.",
+)
 @run_options.format_option
 def run(
     scenario: str,
@@ -45,6 +55,7 @@ def run(
     folder: Path,
     formats: tuple[str, ...],
     bag: Path | None,
+    beside: Path | None,
     style: str,
 ) -> None:
     """Run SCENARIO, a shipped name such as `paper` or a TOML file, and write the results to a folder.
@@ -58,12 +69,14 @@ def run(
             task = run_options.read(scenario, rules_folder, overrides)
             names = run_options.laws_of(task, controller)
             _require_bag(bag, folder, names, task)
-            summary, written = _run(task, names, folder, formats, bag, begin)
+            table = _table(beside, names, task)
+            logs = _logs(beside, task) if beside is not None and table is None else {}
+            summary, written = _run(task, names, folder, formats, bag, logs, begin)
         if len(summary["controllers"]) < len(names) or any(map(_is_interrupted, summary["controllers"].values())):
             say(f"interrupted: the results of {', '.join(summary['controllers'])} until then are in {folder}", err=True)
             outlive()
         if style == "text":
-            _say(task, summary, names, folder, written)
+            _say(task, summary, names, folder, written, table)
             if bag is not None:
                 say(f"recorded {bag}")
     finished = [run["stopped"] is None for run in summary["controllers"].values()]
@@ -97,12 +110,40 @@ def _require_bag(bag: Path | None, folder: Path, names: Sequence[str], task: run
     rosbag.require_new(bag)
 
 
+def _table(beside: Path | None, names: Sequence[str], task: run_options.Task) -> int | None:
+    """Return the number of the paper's table that --beside names, None if it names another file.
+
+    Raises:
+        click.BadParameter: If no law or robot of the run is in the table.
+    """
+    from dwmr.results.paper_tables import TABLES
+
+    number = {f"table{number}": number for number in TABLES}.get(str(beside))
+    if number is not None:
+        robots = set(task.file.scenario.robots)
+        if not any(robots & set(TABLES[number].get(name, {})) for name in names):
+            rows = "; ".join(f"{law}: {', '.join(by_robot)}" for law, by_robot in TABLES[number].items())
+            message = f"Table {number} has no row of this run; it has {rows}."
+            raise click.BadParameter(message, param_hint="'--beside'")
+    return number
+
+
+def _logs(path: Path, task: run_options.Task) -> Mapping[str, Log]:
+    """Return the logs of a file by robot, and print warnings about them."""
+    from dwmr.results import logs
+
+    by_robot, warnings = logs.read_logs(path, task.file.scenario, horizon=task.file.scenario.run.horizon)
+    show(warnings)
+    return by_robot
+
+
 def _run(
     task: run_options.Task,
     names: Sequence[str],
     folder: Path,
     formats: Sequence[str],
     bag: Path | None,
+    logs: Mapping[str, Log],
     begin: Begin,
 ) -> tuple[dict[str, Any], list[str]]:
     """Check, run and write; return the summary and the names of the files."""
@@ -113,8 +154,8 @@ def _run(
     with results(folder, NAMES) as files:
         trajectories = run_options.simulate(task, names, begin)
         with interrupts_wait():
-            summary = _measure(task, trajectories, begin)
-            _write(files, summary, trajectories, formats, task, begin)
+            summary = _measure(task, trajectories, logs, begin)
+            _write(files, summary, trajectories, formats, task, logs, begin)
             if bag is not None:
                 from dwmr.output import bag as rosbag
 
@@ -123,19 +164,30 @@ def _run(
     return summary, [name for name in files.names if (folder / name).exists()]
 
 
-def _measure(task: run_options.Task, trajectories: Sequence[Trajectory], begin: Begin) -> dict[str, Any]:
+def _measure(
+    task: run_options.Task, trajectories: Sequence[Trajectory], logs: Mapping[str, Log], begin: Begin
+) -> dict[str, Any]:
     from dwmr.results.metrics import measure
 
     move = begin("measuring", len(trajectories))
     summary: dict[str, Any] = {**run_options.describe(task), "controllers": {}}
     for k, one in enumerate(trajectories):
         summary["controllers"][one.controller] = measure(one, task.file.scenario)
+        if logs:
+            from dwmr.results.logs import differences
+
+            summary["controllers"][one.controller]["log"] = differences(one, logs)
         move(k + 1)
     return summary
 
 
 def _say(
-    task: run_options.Task, summary: Mapping[str, Any], names: Sequence[str], folder: Path, written: Sequence[str]
+    task: run_options.Task,
+    summary: Mapping[str, Any],
+    names: Sequence[str],
+    folder: Path,
+    written: Sequence[str],
+    table: int | None,
 ) -> None:
     """Print the results, and where they are."""
     from dwmr.output import report
@@ -143,7 +195,7 @@ def _say(
 
     for name in names[len(summary["controllers"]) :]:
         say(f"warning: {name} was not run: interrupted", err=True)
-    printed, why_not = beside(task.file.scenario)
+    printed, why_not = beside(task.file.scenario, table)
     picture = str(folder / "path.png") if "path.png" in written else ""
     report.print_report(report.console(), summary, printed, why_not, picture)
     say(f"results in {folder}: {', '.join(written)}")
@@ -155,6 +207,7 @@ def _write(
     trajectories: Sequence[Trajectory],
     formats: Sequence[str],
     task: run_options.Task,
+    logs: Mapping[str, Log],
     begin: Begin,
 ) -> None:
     """Write all files of a run; a picture that cannot be drawn is left out with a warning."""
@@ -164,7 +217,10 @@ def _write(
 
     move(1)  # matplotlib is there
     scenario = task.file.scenario
-    for k, (name, draw) in enumerate((("path.png", figures.draw_path), ("errors.png", figures.draw_errors))):
+    pictures: dict[str, Callable[..., None]] = {
+        "path.png": partial(figures.draw_path, logs=logs), "errors.png": figures.draw_errors,
+    }  # fmt: skip
+    for k, (name, draw) in enumerate(pictures.items()):
         if why := figures.draw_file(files, name, partial(draw, trajectories=trajectories, scenario=scenario)):
             say(f"warning: {name} could not be drawn: {why}", err=True)
         move(k + 2)

@@ -14,6 +14,7 @@ from dwmr.core.arrays import FloatArray
 from dwmr.figures.panels import MARKS, bodies, colour, mark, obstacle_labels, obstacles, references, ways
 from dwmr.figures.style import COLOURS, STYLE, TITLES
 from dwmr.results.distances import meetings
+from dwmr.results.logs import Log
 from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario
 from dwmr.scenario.outlines import centres, is_moving
@@ -25,13 +26,16 @@ FAR = 2.0
 FARTHEST = 5.0
 
 
-def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
+def draw_path(
+    path: Path, trajectories: Sequence[Trajectory], scenario: Scenario, logs: Mapping[str, Log] | None = None
+) -> None:
     """Draw the paths of all robots around the obstacles, one panel per control law.
 
     Args:
         path: File to write, of any format matplotlib knows.
         trajectories: One per control law.
         scenario: Scenario of the runs.
+        logs: Logs of real robots to draw in each panel, by robot.
     """
     with mpl.rc_context(STYLE):
         count = len(trajectories)
@@ -41,7 +45,13 @@ def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario
         panels = figure.subplots(1, count, squeeze=False)[0]
         for axes, trajectory in zip(panels, trajectories, strict=True):
             _path_panel(axes, trajectory, scenario)
-        _limit(panels, trajectories, scenario)
+            for robot, log in (logs or {}).items():
+                x, y = (np.insert(log.signals[k], log.gaps + 1, np.nan) for k in ("x", "y"))
+                edge = COLOURS[trajectory.robots.index(robot) % len(COLOURS)]
+                axes.plot(x, y, color=edge, lw=3.5, alpha=0.35, zorder=1.5)
+            if logs:
+                axes.plot([], [], color="#555555", lw=3.5, alpha=0.35, label="log")
+        _limit(panels, trajectories, scenario, [(one.signals["x"], one.signals["y"]) for one in (logs or {}).values()])
         panels[0].set_ylabel("y [m]")
         named = {label: one for axes in panels for one, label in zip(*axes.get_legend_handles_labels(), strict=True)}
         _draw_legend(figure, list(named.values()), list(named), 4 if count == 1 else 8)
@@ -74,9 +84,12 @@ def _draw_legend(figure: Figure, handles: Sequence[Any], labels: Sequence[str], 
         legend.remove()
 
 
-def _limit(panels: Sequence[Any], trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
-    """Give all panels the same limits, but those with a robot far from the scene limits that fit it, and say so."""
-    scene = _scene(trajectories, scenario)
+def _limit(panels: Sequence[Any], trajectories: Sequence[Trajectory], scenario: Scenario, more: Sequence[Any]) -> None:
+    """Give all panels the same limits, but those with a robot far from the scene limits that fit it, and say so.
+
+    Lines `more` are part of the scene.
+    """
+    scene = _box([_scene(trajectories, scenario), *more])
     boxes = [_box([(one["x"], one["y"]), scene]) for one in trajectories]
     size = np.ptp(scene, axis=1).max()
     near = [box for box in boxes if np.ptp(box, axis=1).max() <= FAR * size] or [scene]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rich.console import Console
 from rich.markup import escape
@@ -12,6 +13,9 @@ from rich.table import Table
 from dwmr.results.paper_tables import MEASURES, TABLES, near, ratios
 from dwmr.scenario.model import FAST, SETTLING
 from fuzzyctl.diagnostics.terminal import printable
+
+if TYPE_CHECKING:
+    from dwmr.results.identification import Identified
 
 _COLUMNS = (("x_e", "m"), ("y_e", "m"), ("theta_e", "rad"))
 _SYMBOLS = {"x_e": "x_e", "y_e": "y_e", "theta_e": "θ_e"}
@@ -39,8 +43,10 @@ _STABILITY = (
     "% of: share of time with dV/dt > 0, by Eqs. (14) and (26). k_h: adaptive gain, its largest value, the last one, "
     "and its growth per second in the last quarter."
 )
+_LOG = "Taken at the stamps of each log, up to the end of the run. distance: of the places. θ: wrapped."
 
 #: Heads of the tables.
+_LOG_HEADS = ("x\nm", "y\nm", "distance\nm", "θ\nrad", "v\nm/s", "ω\nrad/s", "\nsamples")
 _SAFETY_HEADS = (
     "centre\nm",
     "obstacle\ngap m",
@@ -137,6 +143,8 @@ def run_tables(runs: Mapping[str, Any], printed: int | None) -> Iterator[RunTabl
         printed: Number of the paper's table beside the errors, None for none.
     """
     yield error_table(runs, "rmse", "Root mean square errors", printed)
+    if any("log" in run for run in runs.values()):
+        yield RunTable("Root mean square differences from the log", _LOG_HEADS, _rows(runs, _log), _LOG)
     yield RunTable("Safety", _SAFETY_HEADS, _rows(runs, _safety), _SAFETY)
     if any("safety" in run for run in runs.values()):
         cells = _rows(runs, lambda _, run, robot: filter_cells(run, robot))
@@ -240,6 +248,40 @@ def _cells(value: float, printed: float | None, compare: bool) -> list[str]:
 def _number(value: float, digits: int, sign: str = "") -> str:
     """Return a number with some digits behind the point, a large one by its power of ten."""
     return f"{value:{sign}.{digits}f}" if abs(value) < 1e6 else f"{value:{sign}.3e}"
+
+
+def _log(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
+    row = run["log"].get(robot, {})
+    names = ("x", "y", "distance", "theta", "v", "omega")
+    return [*("" if row.get(name) is None else _number(row[name], 4) for name in names), str(row.get("samples", ""))]
+
+
+def print_identified(out: Console, identified: Mapping[str, Identified]) -> None:
+    """Print a table of estimates for each robot, and how well they fit the log."""
+    for robot, one in identified.items():
+        table = Table(header_style="bold dim", box=None, pad_edge=False, collapse_padding=True)
+        for head in ("parameter", "value", "low", "high", "scenario", "unit"):
+            table.add_column(head, justify="left" if head in ("parameter", "unit") else "right")
+        for row in one.estimates:
+            numbers = (
+                "none" if n is None else f"{round(n, 9) + 0.0:.4g}" for n in (row.value, row.low, row.high, row.before)
+            )
+            value, low, high, before = numbers
+            cells = ("held" if row.low is None else value, "", "", value) if row.why else (value, low, high, before)
+            table.add_row(row.key, *cells, row.unit)
+        out.print(escape(printable(robot)), style="bold", highlight=False)
+        out.print(table)
+        v, omega, old_v, old_omega = (_number(number, 4) for number in (*one.residuals, *one.before))
+        out.print(
+            f"{one.samples} samples; left of v {v} m/s, of ω {omega} rad/s (root mean square; with the values of the "
+            f"scenario {old_v} m/s, {old_omega} rad/s). One sample correlates with the next by {one.correlation:.2f}, "
+            f"which widens the intervals {math.sqrt((1.0 + one.correlation) / (1.0 - one.correlation)):.2f} times.",
+            style="dim", highlight=False,
+        )  # fmt: skip
+        for row in one.estimates:
+            if row.why:
+                out.print(f"{row.key} is not determined: {row.why}", highlight=False)
+        out.print()
 
 
 def _safety(law: str, run: Mapping[str, Any], robot: str) -> list[str]:

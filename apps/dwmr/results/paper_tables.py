@@ -76,6 +76,8 @@ _TABLES = {
     "undisturbed": 13,
     "experiment": 13,
 }
+#: The shipped scenario that is the run of a table.
+_SHIPPED = {12: "paper", 13: "experiment"}
 #: Keys that are listed before the rest is counted.
 _MOST_SHOWN = 4
 
@@ -97,8 +99,16 @@ def differences(scenario: Scenario, shipped: str) -> tuple[str, ...]:
     return (*keys, *_robots(scenario, paper))
 
 
-def beside(scenario: Scenario) -> tuple[int | None, str]:
-    """Return the number of the paper's table that errors are shown beside, and why of none where one is expected."""
+def beside(scenario: Scenario, wanted: int | None = None) -> tuple[int | None, str]:
+    """Return the number of the paper's table that errors are shown beside, and a remark on differences.
+
+    Args:
+        scenario: The scenario.
+        wanted: Number of a table that is shown whatever differs, None for that of an unchanged run of the paper.
+    """
+    if wanted is not None:
+        keys = differences(scenario, _SHIPPED[wanted])
+        return wanted, f"Table {wanted} speaks of another run: {as_text(keys)}" if keys else ""
     number = _TABLES.get(scenario.name)
     if number is None or scenario.run.horizon < TABLE_12_HORIZON:
         return None, ""

@@ -200,22 +200,20 @@ def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
 
 def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, other_plant: bool, every: int) -> World:
     scenario = simulation.scenario
-    robots = np.zeros(len(scenario.robots), dtype=ROBOT)
+    robots = records(scenario)
     shapes = {id(one): one.constants for one in simulation.shapes.values()}
     padded = np.zeros((len(shapes), max(map(len, shapes.values()))))
     for row, constants in zip(padded, shapes.values(), strict=True):
         row[: len(constants)] = constants
     last = 0
     for record, (name, robot) in zip(robots, scenario.robots.items(), strict=True):
-        first, last = last, last + len(robot.edges)
-        places = {"first": first, "last": last, "shape": list(shapes).index(id(simulation.shapes[name]))}
-        for key, value in (_constants(robot) | places).items():
-            record[key] = value
+        record["first"], last = last, last + len(robot.edges)
+        record["last"], record["shape"] = last, list(shapes).index(id(simulation.shapes[name]))
     return World(
         scenario.run.dt,
         scenario.run.substeps,
         padded,
-        robots.view(np.recarray),
+        robots,
         _edges(scenario).view(np.recarray),
         _acting(scenario).view(np.recarray),
         Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
@@ -228,6 +226,15 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
         every,
         delay_of(scenario),
     )
+
+
+def records(scenario: Scenario) -> Any:
+    """Return the constants of all robots, records of dtype `ROBOT`, shape (n,)."""
+    robots = np.zeros(len(scenario.robots), dtype=ROBOT)
+    for row, robot in zip(robots, scenario.robots.values(), strict=True):
+        for name, value in _constants(robot).items():
+            row[name] = value
+    return robots.view(np.recarray)
 
 
 def _frozen(scenario: Scenario, laws: list[Law]) -> FloatArray:

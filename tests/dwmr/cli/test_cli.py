@@ -35,7 +35,7 @@ def test_help_teaches_by_example_and_cuts_no_line():
     text = here("--help").stdout
     assert "dwmr run paper --controller all" in text
     lines = text.partition("Commands:\n")[2].splitlines()
-    assert len(lines) == len(commands_of(main)) == 11
+    assert len(lines) == len(commands_of(main)) == 12
     for line in lines:
         assert line.endswith(".")
         assert not line.endswith("..")
