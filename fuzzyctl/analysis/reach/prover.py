@@ -18,16 +18,26 @@ from fuzzyctl.analysis.reach.reach import ReachableSets, Step
 from fuzzyctl.analysis.reach.sets import Parallelotope, modes, with_symbols
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.work import clock
-from fuzzyctl.expr import Compare, Expr, Logic, Number, names_in
+from fuzzyctl.expr import Number, names_in
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.loop import TIME, Always, Loop, Stable
 from fuzzyctl.simulation.dead_times import kept_samples
 from fuzzyctl.simulation.equations import PlantState
 from fuzzyctl.simulation.expansion import loop_equations
-from fuzzyctl.simulation.judgement import KEPT, Requirement
+from fuzzyctl.simulation.judgement import KEPT, Requirement, loosened
 from fuzzyctl.simulation.loop_params import starts_of
-from fuzzyctl.simulation.members import Member, Tube, can_be_free, hull, intersection, members, replayed, runs
+from fuzzyctl.simulation.members import (
+    Member,
+    Tube,
+    can_be_free,
+    hull,
+    intersection,
+    is_broken,
+    members,
+    replayed,
+    runs,
+)
 from fuzzyctl.simulation.sample_times import ALIGNED, sample_times
 
 #: Most boxes that a family is cut into, and boxes that are enclosed at once.
@@ -214,7 +224,10 @@ class LoopProver:
             judged = run.requirements[len(self.loop.requirements) :]
             for k, requirement in zip(order, judged, strict=True):
                 if requirement.verdict == KEPT[False] and k not in refuted:
-                    refuted[k] = self._refutation(k, member, requirement)
+                    claim = self.own[k]
+                    assert isinstance(claim, Always)
+                    if is_broken(claim, self.loop, member, run):
+                        refuted[k] = self._refutation(k, member, requirement)
             if len(refuted) == len(order) or clock.used() > until:
                 break
         return refuted
@@ -579,18 +592,3 @@ def halves(low: Form, high: Form, side: int) -> list[tuple[Form, Form]]:
     first, last = high.copy(), low.copy()
     first[side] = last[side] = middle
     return [(low, first), (last, high)]
-
-
-def loosened(claim: Expr, tolerance: float) -> Expr:
-    """Return a condition whose comparisons hold up to a tolerance."""
-    match claim:
-        case Compare(op="<" | "<=" as op, left=left, right=right) if tolerance:
-            return Compare(op, left, right + tolerance)
-        case Compare(op=">" | ">=" as op, left=left, right=right) if tolerance:
-            return Compare(op, left + tolerance, right)
-        case Compare(op="==" | "!=" as op, left=left, right=right) if tolerance:
-            near = Logic("and", (Compare("<=", left, right + tolerance), Compare("<=", right, left + tolerance)))
-            return near if op == "==" else Logic("not", (near,))
-        case Logic(op=op, operands=operands):
-            return Logic(op, tuple(loosened(o, tolerance) for o in operands))
-    return claim
