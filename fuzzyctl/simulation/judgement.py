@@ -79,7 +79,7 @@ class Judgement:
         calls = [c for m in loop.measures for c in _calls(m.value)]
         lets = {d.name for d in loop.signals}
         operands = dict.fromkeys(e for c in calls for e in _signals_of(c))
-        operands |= dict.fromkeys(e for g in loop.always for e in _operands(g.claim) if not isinstance(e, Number))
+        operands |= dict.fromkeys(e for g in loop.always for e in operands_of(g.claim) if not isinstance(e, Number))
         self.signals = tuple(e for e in operands if not (isinstance(e, Name) and (e.name in lets or "." in e.name)))
 
     def measures(
@@ -165,29 +165,36 @@ def _kept(
         params: Values of all params.
         constants: Names whose values are no news.
     """
+    broken = broken_at(g, t, signal, params)
+    facts: tuple[str, ...] = ()
+    if len(broken):
+        k = int(broken[0])
+        reads = dict.fromkeys(e for e in operands_of(g.claim) if not isinstance(e, Number))
+        values = [f"{to_text(e)} = {float(signal(e)[k]):.6g}" for e in reads if to_text(e) not in constants]
+        facts = (f"at t = {float(t[k]):.6g} s", *values)
+    return Requirement(guarantee_text(g), not facts, KEPT[not facts], facts)
+
+
+def broken_at(
+    g: Always, t: FloatArray, signal: Callable[[Expr], FloatArray], params: Mapping[str, float], more: float = 0.0
+) -> npt.NDArray[np.intp]:
+    """Return the samples at which a claim about every instant is broken, by more than its tolerance and some more."""
     import numpy as np
 
     from fuzzyctl.simulation.measures import between
 
     begin, end, within = (default if e is None else evaluate(e, params)
                           for e, default in ((g.begin, 0.0), (g.end, math.inf), (g.within, 0.0)))  # fmt: skip
-    holds, _ = _truths(g.claim, signal, within)
-    broken = np.flatnonzero(between(t, begin, end) & ~holds)
-    facts: tuple[str, ...] = ()
-    if len(broken):
-        k = int(broken[0])
-        reads = dict.fromkeys(e for e in _operands(g.claim) if not isinstance(e, Number))
-        values = [f"{to_text(e)} = {float(signal(e)[k]):.6g}" for e in reads if to_text(e) not in constants]
-        facts = (f"at t = {float(t[k]):.6g} s", *values)
-    return Requirement(guarantee_text(g), not facts, KEPT[not facts], facts)
+    holds, _ = _truths(g.claim, signal, within + more)
+    return np.flatnonzero(between(t, begin, end) & ~holds)
 
 
-def _operands(claim: Expr) -> Iterator[Expr]:
+def operands_of(claim: Expr) -> Iterator[Expr]:
     """Yield the expressions that a condition compares, and those that hold by themselves."""
     match claim:
         case Logic(operands=operands):
             for operand in operands:
-                yield from _operands(operand)
+                yield from operands_of(operand)
         case Compare(left=left, right=right):
             yield from (left, right)
         case _:
@@ -218,6 +225,21 @@ def _truths(claim: Expr, signal: Callable[[Expr], FloatArray], within: float) ->
             return (near, far) if op == "==" else (far, near)
     value = signal(claim)
     return (value < 0.0) | (value > 0.0), value == 0.0
+
+
+def loosened(claim: Expr, tolerance: float) -> Expr:
+    """Return a condition whose comparisons hold up to a tolerance."""
+    match claim:
+        case Compare(op="<" | "<=" as op, left=left, right=right) if tolerance:
+            return Compare(op, left, right + tolerance)
+        case Compare(op=">" | ">=" as op, left=left, right=right) if tolerance:
+            return Compare(op, left + tolerance, right)
+        case Compare(op="==" | "!=" as op, left=left, right=right) if tolerance:
+            near = Logic("and", (Compare("<=", left, right + tolerance), Compare("<=", right, left + tolerance)))
+            return near if op == "==" else Logic("not", (near,))
+        case Logic(op=op, operands=operands):
+            return Logic(op, tuple(loosened(o, tolerance) for o in operands))
+    return claim
 
 
 def _calls(expr: Expr) -> list[Call]:

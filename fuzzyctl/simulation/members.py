@@ -11,13 +11,16 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.expr import Number, evaluate
+from fuzzyctl.expr import Compare, Logic, Number, Where, evaluate, walk
+from fuzzyctl.kernels.plan.equations import Equation
 from fuzzyctl.model.block import ParamValues
 from fuzzyctl.model.instance_params import with_instance_params
-from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.loop import Always, Loop
+from fuzzyctl.simulation.equations import reached
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.fmu_plant import require_fixed
+from fuzzyctl.simulation.judgement import broken_at, operands_of
 from fuzzyctl.simulation.loop_params import with_settings
 from fuzzyctl.simulation.run import Run
 
@@ -26,6 +29,8 @@ if TYPE_CHECKING:
 
 #: Most corners of a family that are run.
 MOST_CORNERS: Final = 2**8
+#: How many times finer the steps are of a run that confirms another one.
+_FINER: Final = 4
 #: The claim that a stopped run breaks.
 STOPPED: Final = "stopped"
 
@@ -94,6 +99,31 @@ def runs(loop: Loop, members: Iterable[Member], *, substeps: int = 1) -> Iterato
         if key not in experiments:
             experiments[key] = Experiment(with_settings(loop, fixed) if fixed else loop, free=names)
         yield experiments[key].run([member[name] for name in names], substeps=substeps)
+
+
+def is_broken(claim: Always, loop: Loop, member: Member, run: Run) -> bool:
+    """Return whether a member breaks a claim by more than the error of its run, which a run with finer steps shows.
+
+    Steps across a jump of a derivative err by as much as a signal moves in a step, whatever their length.
+    """
+    fine = next(runs(loop, [member], substeps=_FINER))
+    params = {**loop.param_values.values, **run.params}
+    broken = broken_at(claim, run.t, run.signal, params)
+    seen = slice(min(2 * broken[0] + _FINER, len(run.t), len(fine.t)))
+    equations = loop_equations(loop)
+    derivatives = [s.derivative for s in equations.plant_states]
+    body = [i.value for i in reached(equations, derivatives)[0] if isinstance(i, Equation)]
+    jumps = any(isinstance(n, Where | Compare | Logic) for e in (*derivatives, *body) for n in walk(e))
+    error = 0.0
+    for expr in operands_of(claim.claim):
+        if not isinstance(expr, Number):
+            rough, exact = run.signal(expr)[seen], fine.signal(expr)[seen]
+            moves = np.max(abs(np.diff(exact)), initial=0.0) / _FINER if jumps else 0.0
+            error = max(error, float(np.max(abs(rough - exact)) + moves))
+    common = set(broken[broken < seen.stop].tolist())
+    for more in (0.0, error):
+        common &= set(broken_at(claim, fine.t, fine.signal, params, more).tolist())
+    return bool(common)
 
 
 @dataclass(frozen=True)

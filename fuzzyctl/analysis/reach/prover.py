@@ -14,7 +14,7 @@ from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.analysis.reach import stability
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
-from fuzzyctl.analysis.reach.reach import ReachableSets, Step, loosened, within
+from fuzzyctl.analysis.reach.reach import ReachableSets, Step, within
 from fuzzyctl.analysis.reach.sets import Parallelotope, halves, modes, widest, with_symbols
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.work import clock
@@ -22,13 +22,23 @@ from fuzzyctl.expr import Number, names_in
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.controller import Controller
-from fuzzyctl.model.loop import TIME, Always, Loop, Stable
+from fuzzyctl.model.loop import Always, Loop, Stable
 from fuzzyctl.simulation.dead_times import kept_samples
 from fuzzyctl.simulation.equations import Chip, on_chip, with_any_noise
 from fuzzyctl.simulation.expansion import loop_equations
-from fuzzyctl.simulation.judgement import KEPT, Requirement
+from fuzzyctl.simulation.judgement import KEPT, Requirement, loosened
 from fuzzyctl.simulation.loop_params import starts_of
-from fuzzyctl.simulation.members import Member, Tube, can_be_free, hull, intersection, members, replayed, runs
+from fuzzyctl.simulation.members import (
+    Member,
+    Tube,
+    can_be_free,
+    hull,
+    intersection,
+    is_broken,
+    members,
+    replayed,
+    runs,
+)  # fmt: skip
 from fuzzyctl.simulation.sample_times import ALIGNED, sample_times
 
 #: Most boxes that a family is cut into, and boxes that are enclosed at once.
@@ -249,7 +259,10 @@ class LoopProver:
             judged = run.requirements[len(self.loop.requirements) :]
             for k, requirement in zip(order, judged, strict=True):
                 if requirement.verdict == KEPT[False] and k not in refuted:
-                    refuted[k] = self._refutation(k, member, requirement)
+                    claim = self.own[k]
+                    assert isinstance(claim, Always)
+                    if is_broken(claim, self.loop, member, run):
+                        refuted[k] = self._refutation(k, member, requirement)
             if len(refuted) == len(order) or clock.used() > until:
                 break
         return refuted
@@ -427,7 +440,7 @@ class LoopProver:
         """Return the verdict on a claim about all times: a set that later lies in itself is invariant."""
         text = guarantee_text(claim)
         sets = self.sets([claim], math.inf)
-        if reason := _changes(sets):
+        if reason := sets.why_aperiodic():
             return Undecided(text, reason)
         return self._cut_up(lambda low, high, until: self._forever_in(claim, sets, low[None], high[None], until))
 
@@ -515,7 +528,7 @@ class LoopProver:
         """Return the verdict on convergence: the members come into a ball that a period contracts."""
         text = "stable"
         sets = self.sets([], math.inf)
-        if reason := _changes(sets):
+        if reason := sets.why_aperiodic():
             return Undecided(text, reason)
         if sets.equations.errors:
             reason = "rounding and noise keep a loop from a point: claim a range with 'require always ... from'"
@@ -591,10 +604,3 @@ class LoopProver:
         note = f"from t = {time:.6g} s on {what} by {ball.rate:.6g} each {sets.equations.step:g} s"
         facts = stability.sectors(sets, free, ball) if ball.to_rest else []
         return Proved("stable", note="; ".join([note, *facts]), data=ball)
-
-
-def _changes(sets: ReachableSets) -> str:
-    """Return why a loop is not the same at each period, an empty text if it is."""
-    if sets.equations.given or any(n.name == TIME for e in sets.expressions for n in names_in(e)):
-        return "the loop depends on the time, so that no set of its states says what comes after it"
-    return ""

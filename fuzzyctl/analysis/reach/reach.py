@@ -15,7 +15,7 @@ from fuzzyctl.analysis.reach.series import Nodes, Series
 from fuzzyctl.analysis.reach.sets import is_long, modes, reduced, with_symbols
 from fuzzyctl.analysis.reach.slopes import Slopes
 from fuzzyctl.analysis.reach.surfaces import SystemSurface
-from fuzzyctl.expr import Compare, Expr, Logic, Name
+from fuzzyctl.expr import Expr, Name, names_in
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.loop import TIME
 from fuzzyctl.simulation.equations import LoopEquations, PlantState, reached
@@ -201,20 +201,11 @@ class ReachableSets:
                 before, rows = rows if changed is rows else [], changed
             x, m = rows[: len(x)], rows[len(x) :]
 
-
-def loosened(claim: Expr, tolerance: float) -> Expr:
-    """Return a condition whose comparisons hold up to a tolerance."""
-    match claim:
-        case Compare(op="<" | "<=" as op, left=left, right=right) if tolerance:
-            return Compare(op, left, right + tolerance)
-        case Compare(op=">" | ">=" as op, left=left, right=right) if tolerance:
-            return Compare(op, left + tolerance, right)
-        case Compare(op="==" | "!=" as op, left=left, right=right) if tolerance:
-            near = Logic("and", (Compare("<=", left, right + tolerance), Compare("<=", right, left + tolerance)))
-            return near if op == "==" else Logic("not", (near,))
-        case Logic(op=op, operands=operands):
-            return Logic(op, tuple(loosened(o, tolerance) for o in operands))
-    return claim
+    def why_aperiodic(self) -> str:
+        """Return why the loop is not the same at each period, an empty text if it is."""
+        if self.equations.given or any(n.name == TIME for e in self.expressions for n in names_in(e)):
+            return "the loop depends on the time, so that no set of its states says what comes after it"
+        return ""
 
 
 def within(state: PlantState, low: Form, high: Form) -> Mask:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fuzzyctl import Experiment, Proved, loads
+from fuzzyctl import Experiment, Proved, Refuted, loads
 from fuzzyctl.analysis.reach import prover
 from fuzzyctl.simulation.loop_params import with_settings
 from fuzzyctl.simulation.members import Tube, hull, intersection, members
@@ -263,3 +263,15 @@ def test_a_tolerance_counts_for_all_comparisons_as_in_runs():
         for run in zip(*(Experiment(with_settings(loop, m)).run().requirements for m in members(loop, 8)), strict=True)
     ]
     assert kept == expected
+
+
+def test_the_error_of_a_run_refutes_nothing():
+    """x slides along 0.5; steps of RK4 jump across it."""
+    loop = alone(
+        "der x = where(x > 0.5, -1, 1)",
+        *(f"require always p.y <= {limit}" for limit in (0.5, 0.503, 0.45)),
+        "for p.x in [0, 0.3]",
+        "run 2 s step 30 ms",
+    )
+    looking = prover.LoopProver(loop, 2.0)
+    assert [isinstance(looking.verdict(c), Refuted) for c in loop.guarantees] == [False, False, True]
