@@ -15,7 +15,7 @@ from fuzzyctl.analysis.reach import stability
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
 from fuzzyctl.analysis.reach.reach import ReachableSets, Step, within
-from fuzzyctl.analysis.reach.sets import Parallelotope, halves, modes, widest, with_symbols
+from fuzzyctl.analysis.reach.sets import Dimension, Parallelotope, halves, modes, widest, with_symbols
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.work import clock
 from fuzzyctl.expr import Number, names_in
@@ -60,16 +60,6 @@ _RUNS: Final = 0.3
 _LOOKS: Final = frozenset({0, 2, 6, 14, *(round(30 * 1.5**k) for k in range(30))})
 
 Progress = Callable[[str, int, int], None]
-
-
-@dataclass
-class Dimension:
-    """A start of a state, or a param, that varies over the family; `state` is empty for a param."""
-
-    name: str
-    low: float
-    high: float
-    state: str = ""
 
 
 @dataclass

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -18,6 +19,16 @@ _LEAST: Final = 1e-9
 _WIDER: Final = 0.02
 #: After how many steps the boxes of several bases are compared.
 AHEAD: Final = (1, 10, 40)
+
+
+@dataclass
+class Dimension:
+    """A start of a state, or a param, that varies over the family; `state` is empty for a param."""
+
+    name: str
+    low: float
+    high: float
+    state: str = ""
 
 
 def with_symbols(rows: Sequence[Form], kept: int = 0) -> list[Form]:
