@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -32,6 +33,7 @@ from fuzzyctl.cli.loading import Choice, Opened, chooses, content_of, load_check
 from fuzzyctl.cli.progress import status_line
 from fuzzyctl.cli.streams import INTERRUPTED, say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.support.files import place_of
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.extremes import Extent
@@ -147,11 +149,15 @@ def prove(
     if bounds:
         if len(files) > 1:
             raise click.UsageError("--bounds takes one file")
-        if tube is not None:
-            raise click.UsageError("--tube is not for --bounds")
+        if tube is not None or certificate is not None:
+            raise click.UsageError(f"--{'certificate' if tube is None else 'tube'} is not for --bounds")
         return print_bounds(files[0], choice, 4.0 if timeout is None else timeout, form)
     if certificate is not None and len(files) > 1:
         raise click.UsageError("--certificate takes one file")
+    taken = {os.path.realpath(place_of(f).path) for f in files if f != "-"}
+    taken |= {os.path.realpath(f) for f in (tube,) if f is not None}
+    if certificate is not None and os.path.realpath(certificate) in taken:
+        raise click.UsageError(f"--certificate {certificate}: this file is read, or holds the tube")
     timeout = 10.0 if timeout is None else timeout
     proofs: list[Proof] = []
     mistakes: list[Diagnostic] = []
@@ -233,6 +239,8 @@ def verify(file: str, source: str | None) -> int:
     numbers, rounded outward, and searches for nothing. Exit code 1 with the first step that does not hold.
     """
     from fuzzyctl.analysis import verify as checker
+    from fuzzyctl.analysis.reach.certificate import is_of
+    from fuzzyctl.model.loop import Loop
 
     try:
         checker.main(file)
@@ -246,6 +254,10 @@ def verify(file: str, source: str | None) -> int:
         parts = json.load(opened)["parts"]
     if not all(sha256(content).hexdigest() in part.get("sha256", {}).values() for part in parts):
         raise click.ClickException(f"{source} is not the file that was proved: its hash is not in {file}")
+    for part in parts if source != "-" else ():  # which can be read once
+        block = open_blocks(source, Choice(tuple(part["settings"]), part["loop"]), hints=False).blocks[0]
+        if not (isinstance(block, Loop) and is_of(part, block)):
+            raise click.ClickException(f"{file} is about another loop than '{block.name}' of {source}")
     return DONE
 
 

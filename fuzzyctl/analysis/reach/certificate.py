@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
+import json
 import math
 from collections.abc import Sequence
 from contextlib import suppress
@@ -521,8 +522,25 @@ def _source(item: LoopBlock, claims: Sequence[Always | Stable], settings: Sequen
     return {"kind": "loop", "loop": item.name, "lines": lines, "sha256": hashes, "settings": [*settings]}
 
 
+def is_of(part: dict[str, Any], loop: LoopBlock) -> bool:
+    """Return whether the equations, ranges and claims of a part of a certificate are those of a loop."""
+    prover = LoopProver(loop, 0.0)
+    lines = {f"require {guarantee_text(c)}": c for c in prover.own if isinstance(c, Always)}
+    claims = [claim for text, claim in lines.items() if text in part["lines"]]
+    problem = _problem(prover, claims)[0] if claims else {"claims": None}
+    return bool(json.loads(json.dumps(problem)) == {key: part[key] for key in problem})
+
+
 def _certified(prover: LoopProver, claims: Sequence[Always]) -> dict[str, Any]:
     """Return the certificate of claims that end together, or never."""
+    problem, ranges = _problem(prover, claims)
+    loop = Loop(problem)
+    proof = _proof(loop, ranges, clock.used() + _SECONDS, _CUTS)
+    return problem | {"proofs": [proof | {"claims": [*range(len(loop.claims))]}]}
+
+
+def _problem(prover: LoopProver, claims: Sequence[Always]) -> tuple[dict[str, Any], list[list[float]]]:
+    """Return a loop and claims that end together, or never, as data, and the ranges of params and states."""
     number, loop, forever = prover.loop.number, prover.loop, claims[0].forever
     ends = [math.inf if forever else number(loop.duration if c.end is None else c.end) for c in claims]
     begins = [0.0 if c.begin is None else number(c.begin) for c in claims]
@@ -537,10 +555,7 @@ def _certified(prover: LoopProver, claims: Sequence[Always]) -> dict[str, Any]:
     states += [(s.name, s.start) for s in sets.equations.states]
     starts = [at.get(name, [start, start]) for name, start in states]
     params = [[d.low, d.high] for d in prover.dimensions if not d.state]
-    problem = problem_of(sets, timed, starts, params)
-    loop_, until = Loop(problem), clock.used() + _SECONDS
-    proof = _proof(loop_, [*params, *starts], until, _CUTS)
-    return problem | {"proofs": [proof | {"claims": [*range(len(loop_.claims))]}]}
+    return problem_of(sets, timed, starts, params), [*params, *starts]
 
 
 def _proof(loop: Loop, ranges: Sequence[list[float]], until: float, cuts: int) -> dict[str, Any]:

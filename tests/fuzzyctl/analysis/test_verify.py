@@ -667,6 +667,16 @@ def test_a_certificate_is_compared_with_its_file(tmp_path):
     verifies = runner("verify")
     assert verifies(target).exit_code == 0
     assert verifies(target, "--source", file).exit_code == 0
+    data = json.loads(target.read_text(encoding="utf-8"))
+    data["parts"][0]["nodes"].append(["const", 7.0])  # another loop, with the hashes of the first
+    other = tmp_path / "other.json"
+    other.write_text(json.dumps(data), encoding="utf-8")
+    assert verifies(other).exit_code == 0
+    assert "about another loop" in verifies(other, "--source", file).stderr
+    before = file.read_bytes()
+    assert prove(file, "--certificate", file).exit_code == 2
+    assert file.read_bytes() == before
+    assert prove(file, "--certificate", tmp_path / "c.csv", "--tube", tmp_path / "c.csv").exit_code == 2
     file.write_text(TEXTS["waves"] + "# another\n", encoding="utf-8")
     done = verifies(target, "--source", file)
     assert done.exit_code == 1
