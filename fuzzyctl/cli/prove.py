@@ -154,9 +154,9 @@ def prove(
         return print_bounds(files[0], choice, 4.0 if timeout is None else timeout, form)
     if certificate is not None and len(files) > 1:
         raise click.UsageError("--certificate takes one file")
-    taken = {os.path.realpath(place_of(f).path) for f in files if f != "-"}
-    taken |= {os.path.realpath(f) for f in (tube,) if f is not None}
-    if certificate is not None and os.path.realpath(certificate) in taken:
+    occupied = {os.path.realpath(place_of(f).path) for f in files if f != "-"}
+    occupied |= {os.path.realpath(f) for f in (tube,) if f is not None}
+    if certificate is not None and os.path.realpath(certificate) in occupied:
         raise click.UsageError(f"--certificate {certificate}: this file is read, or holds the tube")
     timeout = 10.0 if timeout is None else timeout
     proofs: list[Proof] = []
