@@ -19,6 +19,7 @@ from dwmr.scenario.file import ScenarioFile
 from dwmr.simulation.preflight import settings_of
 from dwmr.sweep.robots import Robots
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.experiments.estimates import CONFIDENCE, bootstrap_interval
 from fuzzyctl.experiments.sweep_plan import Plan, Run
 
@@ -208,11 +209,13 @@ def print_bench(out: Console, found: Sequence[Entry], budget: int, training: int
             if one.difference is not None:
                 interval = "" if one.low is None else f"\n{one.low:+.3g} to {one.high:+.3g}"
                 rows[one.controller].setdefault("difference", []).append(f"{one.difference:+.3g}{interval}")
-        out.print(f"{escape(scenario)}: after {budget} evaluations of each law", style="bold", highlight=False)
+        out.print(
+            f"{escape(scenario)}: after {counted(budget, 'evaluation')} of each law", style="bold", highlight=False
+        )
         out.print(table_by_law(heads, rows))
         out.print()
     out.print(
-        f"Means over {held_out} held-out runs; the gains have the least mean error of {training} other runs. "
+        f"Means over {counted(held_out, 'held-out run')}; the gains have the least mean error of {counted(training, 'other run')}. "
         f"difference: from the first law in the same runs, with its {100 * CONFIDENCE:.0f} % bootstrap interval. "
         "error: root mean square distance of all robots from their places. energy: of all wheels, with braking. "
         "formation: when the last robot is at its place for good, or the end of the run. "
