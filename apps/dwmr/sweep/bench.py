@@ -215,7 +215,8 @@ def print_bench(out: Console, found: Sequence[Entry], budget: int, training: int
         out.print(table_by_law(heads, rows))
         out.print()
     out.print(
-        f"Means over {counted(held_out, 'held-out run')}; the gains have the least mean error of {counted(training, 'other run')}. "
+        f"Means over {counted(held_out, 'held-out run')}; the gains have the least mean error of "
+        f"{counted(training, 'other run')}. "
         f"difference: from the first law in the same runs, with its {100 * CONFIDENCE:.0f} % bootstrap interval. "
         "error: root mean square distance of all robots from their places. energy: of all wheels, with braking. "
         "formation: when the last robot is at its place for good, or the end of the run. "
