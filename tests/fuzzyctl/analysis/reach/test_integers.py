@@ -1,5 +1,7 @@
 """Sets of loops whose controllers compute in fixed point hold runs with rounded inputs and outputs that are off."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -82,6 +84,17 @@ def test_sets_hold_runs_with_errors(form, noise):
     prover = LoopProver(loop, 60.0, chip=chip, noise=2.0 if noise else None)
     sets = samples(prover, 40)
     members = runs(loop, integers.outputs["u"], 2.0 * rounding, noise, np.random.default_rng(0), 200)
+    states = np.array(list(members)).reshape(200, 40, 2)
+    assert (sets[..., 0] - 1e-9 <= states.min(0)).all()
+    assert (states.max(0) <= sets[..., 1] + 1e-9).all()
+
+
+def test_sets_hold_runs_whose_outputs_are_far_off():
+    loop = loop_of()
+    chip = chip_of(loop, "Q3.12")
+    exact = replace(chip.blocks["law"], inputs=dict.fromkeys(("x", "v"), (-2.0, 2.0, 0.0)), outputs={"u": 0.25})
+    sets = samples(LoopProver(loop, 60.0, chip=replace(chip, blocks={"law": exact})), 40)
+    members = runs(loop, 0.25, 2.0**-40, 0.0, np.random.default_rng(0), 200)
     states = np.array(list(members)).reshape(200, 40, 2)
     assert (sets[..., 0] - 1e-9 <= states.min(0)).all()
     assert (states.max(0) <= sets[..., 1] + 1e-9).all()

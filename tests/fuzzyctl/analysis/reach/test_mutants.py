@@ -85,7 +85,7 @@ MUTANTS = {
     "a jump has the slope of its sides": (
         "surfaces", "least = np.fmax(ends_of_rest[0],", "least = np.fmax(height,", "surfaces"),
     "parts end before the end of a set": (
-        "surfaces", "np.linspace(low, high, even + 1)])", "np.linspace(low, high, even + 1)[:-1]])[:-1]", "surfaces"),
+        "surfaces", "[np.unique(a) for a in axes]", "[np.unique(a)[:-1] for a in axes]", "surfaces"),
     "a value that ends at 0 is 0": (
         "kernels.interval.program",
         "not (np.any(enclosure.lo) or np.any(enclosure.hi))",

@@ -277,6 +277,21 @@ def test_planes_of_systems_that_are_no_tables_hold_their_values(kind):
     assert np.exp(np.mean(np.log(widths or [1.0]))) <= wider
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_parts_hold_the_whole_set(seed):
+    """Also where only a corner of a part is in the set, which is narrow for some seeds."""
+    surface = SystemSurface(loads(f"system s\n{KINDS['average of centres'][0]}{KINDS['average of centres'][1]}"))
+    rng = np.random.default_rng(seed)
+    centre, steps = rng.uniform(-0.5, 0.5, 2), rng.uniform(-0.4, 0.4, (2, 3))
+    steps[1] = steps[0] * rng.uniform(-2, 2) + 0.02 * steps[1] if seed % 2 else steps[1]
+    low, high = surface._cut([np.array([[c, 0.01, *g]]) for c, g in zip(centre, steps, strict=True)])
+    symbols = np.concatenate([rng.uniform(-1, 1, (3000, 5)), rng.choice([-1.0, 1.0], (1000, 5))])
+    places = centre + symbols[:, :3] @ steps.T + 0.01 * symbols[:, 3:]
+    inside = (places[:, None] + 1e-15 >= low.T) & (places[:, None] <= high.T + 1e-15)
+    assert inside.all(-1).any(-1).all()
+    assert low.shape[1] < 400
+
+
 def test_a_curved_surface_is_held_to_many_digits():
     """Compared with the formula of the average in the arithmetic of arb."""
     text = (
