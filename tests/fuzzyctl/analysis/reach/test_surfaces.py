@@ -327,3 +327,15 @@ def test_slopes_of_a_curved_surface_hold_its_differences():
             slopes = slopes[np.abs(apart) > 1e-3 * size]
             assert low[:, side].min() - 1e-9 <= slopes.min()
             assert slopes.max() <= high[:, side].max() + 1e-9
+
+
+@pytest.mark.parametrize("kind", ["average of centres", "min, max, centroid"])
+@np.errstate(all="ignore")
+def test_values_that_are_0_change_no_bound(kind):
+    """Over boxes in which terms begin at 0, and in which they are 0."""
+    system = loads(f"system s\n{KINDS[kind][0]}{KINDS[kind][1]}")
+    boxed = SystemSurface(system)._boxed
+    for low, high in (((0.0, 0.0), (1.0, 1.0)), ((0.0, -1.0), (0.5, 0.0)), ((0.25, 0.25), (0.5, 0.75))):
+        sides = list(boxed.inputs_of(np.array(low)[:, None], np.array(high)[:, None], sloped=True).values())
+        (sparse,), (full,) = (boxed.evaluate(sides, [0], sparse=s)[0] for s in (True, False))
+        assert np.allclose([sparse.lo, sparse.hi], [full.lo, full.hi], atol=1e-12)
