@@ -103,15 +103,15 @@ static tracking leader_error(const state *s, const double *target, double star, 
 }
 
 static tracking follower_error(const state *l, double v, double omega, double d_i, const state *s, double star,
-                               const robot *r)
+                               const robot *r, const edge *g)
 {
     double between = l->theta - s->theta, turn = l->theta - star;
     double l_x = l->x - d_i * cos(l->theta) - s->x, l_y = l->y - d_i * sin(l->theta) - s->y;
     double measured = hypot(l_x, l_y), bearing = wrap(atan2(l_y, l_x) - l->theta + PI);
-    double wanted_c = r->separation * cos(r->bearing + between), wanted_s = r->separation * sin(r->bearing + between);
+    double wanted_c = g->separation * cos(g->bearing + between), wanted_s = g->separation * sin(g->bearing + between);
     return (tracking){wanted_c - measured * cos(bearing + between), wanted_s - measured * sin(bearing + between),
                       wrap(star - s->theta), v * cos(between) - omega * wanted_s, v * sin(between) + omega * wanted_c,
-                      (v * sin(turn) + r->separation * omega * cos(r->bearing + turn)) / r->d};
+                      (v * sin(turn) + g->separation * omega * cos(g->bearing + turn)) / r->d};
 }
 
 /* ---- AIFQSMC, Eqs. (19)-(22); gains p, k_s, k_h_min, gamma, epsilon */
@@ -197,7 +197,7 @@ static void pd(const robot *r, double e_v, double e_omega, double dt, double *fi
 
 /* ---- the loop; 0 when it ran to its end, else the number of the robot whose command is not finite, from 1 */
 
-int run(int samples, double dt, int substeps, const double *shape, int n, const robot *robots, int m,
+int run(int samples, double dt, int substeps, const double *shape, int n, const robot *robots, const edge *edges, int m,
         const disturbance *acting, const double *load, int obstacles, const double *places, const double *avoidance,
         const double *gains, state *plant, double *star, double *filters, double *sides, double *law, double *next,
         double *torques, double *record, double *law_record)
@@ -210,7 +210,7 @@ int run(int samples, double dt, int substeps, const double *shape, int n, const 
             double *row = record + 20 * (k * n + i), target[4], reach = 0.0, v_c, omega_c;
             int near = -1;
             tracking e;
-            if (r->leader < 0) {
+            if (r->first == r->last) {
                 double direction = 0.0;
                 eight(t - r->delay, shape, target);
                 if (r->avoids) near = avoid(s, r->radius, obstacles, places, sides + obstacles * i, avoidance, &direction,
@@ -218,14 +218,15 @@ int run(int samples, double dt, int substeps, const double *shape, int n, const 
                 if (near >= 0) { target[2] = direction; target[3] *= avoidance[5]; }
                 e = leader_error(s, target, star[i], r->d);
             } else {
-                const state *l = &plant[r->leader];
-                push now = disturbances(t, t, acting + m * r->leader, m);
-                double d_i = robots[r->leader].d, angle = r->bearing + l->theta;
-                target[0] = l->x - d_i * cos(l->theta) + r->separation * cos(angle);
-                target[1] = l->y - d_i * sin(l->theta) + r->separation * sin(angle);
+                const edge *g = &edges[r->first];
+                const state *l = &plant[g->leader];
+                push now = disturbances(t, t, acting + m * g->leader, m);
+                double d_i = robots[g->leader].d, angle = g->bearing + l->theta;
+                target[0] = l->x - d_i * cos(l->theta) + g->separation * cos(angle);
+                target[1] = l->y - d_i * sin(l->theta) + g->separation * sin(angle);
                 target[2] = star[i];
                 target[3] = l->v + now.v;
-                e = follower_error(l, l->v + now.v, l->omega + now.omega, d_i, s, star[i], r);
+                e = follower_error(l, l->v + now.v, l->omega + now.omega, d_i, s, star[i], r, g);
             }
             aifqsmc(&e, r->d, dt, gains + 13 * i, law + 5 * i, next + 5 * i, law_record + 14 * (k * n + i), &v_c, &omega_c);
             push now = disturbances(t, t, acting + m * i, m);

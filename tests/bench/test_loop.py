@@ -19,7 +19,7 @@ import pytest
 from dwmr import Known, find, read
 from dwmr.core.jit import COMPILED
 from dwmr.plant.disturbances import DISTURBANCE
-from dwmr.plant.robot import ROBOT
+from dwmr.plant.robot import EDGE, ROBOT
 from dwmr.simulation import simulate
 from dwmr.simulation.periods import Periods
 
@@ -55,7 +55,7 @@ def struct(name: str, record: np.dtype[Any]) -> str:
 def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     """The C loop, compiled for this machine."""
     folder = tmp_path_factory.mktemp("c")
-    header = struct("robot", ROBOT) + struct("disturbance", DISTURBANCE)
+    header = struct("robot", ROBOT) + struct("edge", EDGE) + struct("disturbance", DISTURBANCE)
     (folder / "records.h").write_text("#include <stdint.h>\n" + header, encoding="utf-8")
     built = folder / "formation.so"
     subprocess.run(["gcc", *FLAGS, f"-I{folder}", str(SOURCE), "-o", str(built), "-lm"], check=True)
@@ -91,8 +91,8 @@ def c_loop(library: ctypes.CDLL, simulation: simulate.Simulation) -> tuple[np.nd
 
     began = perf_counter()
     failed = library.run(
-        samples, ctypes.c_double(world.dt), world.substeps, address(world.shape), n, address(world.robots),
-        world.acting.shape[1], address(world.acting), address(load), len(obstacles), address(obstacles),
+        samples, ctypes.c_double(world.dt), world.substeps, address(world.shapes[0]), n, address(world.robots),
+        address(world.edges), world.acting.shape[1], address(world.acting), address(load), len(obstacles), address(obstacles),
         address(avoidance), address(gains), address(memory.plant), address(memory.theta_star),
         address(memory.filters), address(memory.sides), address(law), address(np.zeros_like(law)),
         address(memory.torques), address(record), address(law_record),

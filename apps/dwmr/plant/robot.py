@@ -43,7 +43,7 @@ ROBOT = np.dtype(
         ("pd_inertia", "f8"),
         ("first", "i8"),  # its places in the formation are those from the first up to but not including the last;
         ("last", "i8"),  # without any it follows a reference
-        ("shape", "i8"),  # row of its reference among all
+        ("path", "i8"),  # row of its reference among all
         ("avoids", "i8"),  # 1 if it avoids obstacles
         ("odometry", "i8"),  # 1 if it knows its posture by odometry only
         ("encoder_steps", "f8"),  # of one turn of a wheel, 0 for exact wheels

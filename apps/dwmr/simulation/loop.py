@@ -320,7 +320,7 @@ def _state(plant: FloatArray, i: int) -> State:
 def _reference(t: float, i: int, paths: Any, world: World) -> Reference:
     """Return the reference of a robot at a time [s]."""
     robot = world.robots[i]
-    here: Reference = paths[robot.shape](t - robot.delay, world.shapes[robot.shape])
+    here: Reference = paths[robot.path](t - robot.delay, world.shapes[robot.path])
     return here
 
 

@@ -208,7 +208,7 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
     last = 0
     for record, (name, robot) in zip(robots, scenario.robots.items(), strict=True):
         record["first"], last = last, last + len(robot.edges)
-        record["last"], record["shape"] = last, list(shapes).index(id(simulation.shapes[name]))
+        record["last"], record["path"] = last, list(shapes).index(id(simulation.shapes[name]))
     return World(
         scenario.run.dt,
         scenario.run.substeps,

@@ -22,7 +22,7 @@ def robot(**changes):
         "mass": 120.0, "inertia": 13.8, "com_offset": -0.0865, "d": 0.1, "half_track": 0.268, "wheel_radius": 0.13,
         "stick_v": 0.01, "stick_omega": 0.01, "lag": 0.02, "torque_limit": 34.0, "v_limit": 2.0, "omega_limit": 6.28,
         "k_p_v": 40.0, "k_p_omega": 40.0, "k_d_v": 20.0, "k_d_omega": 20.0, "n_v": 10.0, "n_omega": 10.0,
-        "pd_mass": 120.0, "pd_inertia": 13.8, "leader": -1,
+        "pd_mass": 120.0, "pd_inertia": 13.8,
     } | changes  # fmt: skip
     row = np.zeros(1, dtype=ROBOT)
     for name, value in values.items():
