@@ -92,7 +92,8 @@ def c_loop(library: ctypes.CDLL, simulation: simulate.Simulation) -> tuple[np.nd
     began = perf_counter()
     failed = library.run(
         samples, ctypes.c_double(world.dt), world.substeps, address(world.shapes[0]), n, address(world.robots),
-        address(world.edges), world.acting.shape[1], address(world.acting), address(load), len(obstacles), address(obstacles),
+        address(world.edges), world.acting.shape[1], address(world.acting), address(load), len(obstacles),
+        address(obstacles),
         address(avoidance), address(gains), address(memory.plant), address(memory.theta_star),
         address(memory.filters), address(memory.sides), address(law), address(np.zeros_like(law)),
         address(memory.torques), address(record), address(law_record),

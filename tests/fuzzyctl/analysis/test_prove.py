@@ -216,16 +216,10 @@ BROKEN = {
         abs(s(**{n: -v for n, v in w.point.items()}) - s(**w.point)) > 1e-12
     ),
     "f <= 0 within 1e-12 when abs(sigma) >= 0.03": lambda s, w: abs(w.point["sigma"]) >= 0.03 and s(**w.point) > 0,
-    "f <= -0.33 within 1e-12 when abs(sigma) >= 0.03": lambda s, w: (
-        abs(w.point["sigma"]) >= 0.03 and s(**w.point) > -0.33 + 1e-12
-    ),
     "beta >= 0.005 within 1e-12": lambda s, w: s(**w.point) < 0.005 - 1e-12,
     "beta <= 0.05 within 1e-12": lambda s, w: s(**w.point) > 0.05 + 1e-12,
     "decreasing(beta, abs_sigma)": lambda s, w: (
         w.point["abs_sigma"] < w.other["abs_sigma"] and s(**w.point) < s(**w.other)
-    ),
-    "beta <= abs_sigma within 1e-12 when abs_sigma >= 0.0275": lambda s, w: (
-        w.point["abs_sigma"] >= 0.0275 and s(**w.point) > w.point["abs_sigma"] + 1e-12
     ),
     "F <= 2": lambda s, w: s(**w.point) > 2,
     "bounded(tip, 0, 30)": lambda s, w: not 0 <= s(**w.point) <= 30,

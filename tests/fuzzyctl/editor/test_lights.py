@@ -84,7 +84,9 @@ def test_long_reasons_are_cut_and_a_claim_of_a_run_is_not_proved():
 
 
 def test_claims_about_families_of_loops_have_lights():
-    document = opened(f"{FAMILY}require final <= 1\nrequire always cart.y <= 2\nrequire always cart.y <= 0.9 until 1 s\n")
+    document = opened(
+        f"{FAMILY}require final <= 1\nrequire always cart.y <= 2\nrequire always cart.y <= 0.9 until 1 s\n"
+    )
     lights.prove(document, lights.LAST)
     assert states(document) == ["unknown", "proved", "refuted"], document.mistakes
     assert [x.on_runs for x in lights.lights(document)] == [True, False, False]
