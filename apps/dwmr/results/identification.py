@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import NormalDist
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dwmr.core.arrays import FloatArray
 from dwmr.core.jit import compiled
@@ -29,12 +30,14 @@ LARGEST_ERROR = 0.5
 _STEP = 1e-5
 #: A limit of acceleration is kept if it lowers half the weighted sum of squares by more.
 _GAIN = 5.0
-#: A search is good enough if half the weighted sum of squares, one for each sample with noise alone, is below this.
-_ENOUGH = 1.2
 #: Other start of the lag, longer than those of drives [s].
 _LONG_LAG = 0.1
 #: Weighted errors beyond this are those of a simulation that diverges.
 _LARGEST = 1e12
+#: Parameters whose estimates correlate by more are named together.
+_ALIKE = 0.9
+#: Greatest logarithm of a factor that is not infinite.
+_MOST = 700.0
 #: Evaluations of one search.
 _EVALUATIONS = 60
 
@@ -46,14 +49,13 @@ class Parameter(NamedTuple):
         key: Below the table of a robot in a scenario; "dead_time" is of the log's commands, and no key.
         unit: Its unit.
         scale: Field of the body and its multiple that count as 1; empty for a factor, which is positive.
-        least, most: Bounds.
+        least: Lower bound, of a factor that of its logarithm.
     """
 
     key: str
     unit: str
     scale: tuple[str, float] = ("", 0.0)
-    least: float = 0.0
-    most: float = math.inf
+    least: float = -math.inf
 
     @property
     def field(self) -> str:
@@ -67,13 +69,15 @@ PARAMETERS = (
     Parameter("inertia", "kg m²"),
     Parameter("actuator.acceleration", "m/s²"),
     Parameter("actuator.angular_acceleration", "rad/s²"),
-    Parameter("dead_time", "s", ("", 0.1), most=2.0),
-    Parameter("friction.viscous_force", "N s/m", ("mass", 0.1)),
-    Parameter("friction.viscous_torque", "N m s/rad", ("inertia", 0.1)),
-    Parameter("friction.coulomb_force", "N", ("mass", 0.1)),
-    Parameter("friction.coulomb_torque", "N m", ("inertia", 0.1)),
-    Parameter("actuator.lag", "s", least=0.001),
+    Parameter("dead_time", "s", ("", 0.1)),
+    Parameter("friction.viscous_force", "N s/m", ("mass", 0.1), 0.0),
+    Parameter("friction.viscous_torque", "N m s/rad", ("inertia", 0.1), 0.0),
+    Parameter("friction.coulomb_force", "N", ("mass", 0.1), 0.0),
+    Parameter("friction.coulomb_torque", "N m", ("inertia", 0.1), 0.0),
+    Parameter("actuator.lag", "s", least=math.log(0.001)),
 )
+_KEYS = [p.key for p in PARAMETERS]
+_LEAST = np.array([p.least for p in PARAMETERS])
 _SLEWS = ("actuator.acceleration", "actuator.angular_acceleration")
 
 
@@ -188,6 +192,13 @@ class Replica:
         self.scales = {p.key: p.scale[1] * self.start.get(p.scale[0], 1.0) for p in PARAMETERS}
         self.spacing = float(np.median(np.diff(log.command_t)))
 
+    def values(self, z: FloatArray) -> dict[str, float]:
+        """Return parameters by key from their logarithms, or from multiples of their scales."""
+        return {
+            key: one * self.scales[key] if self.scales[key] else math.inf if one > _MOST else math.exp(one)
+            for key, one in zip(_KEYS, z.tolist(), strict=True)
+        }
+
     def simulate(self, values: Mapping[str, float]) -> FloatArray:
         """Return the velocities at the compared samples, shape (samples, 2) [m/s, rad/s]."""
         record = self._record
@@ -209,12 +220,13 @@ class Replica:
             results.append(np.stack([np.interp(stamps, grid, one) for one in velocities.T], axis=1))
         return np.concatenate(results)
 
-    def peaks(self) -> dict[str, float]:
-        """Return the largest accelerations over a tenth of a second by key, first guesses of limits."""
+    def peaks(self) -> FloatArray:
+        """Return the largest accelerations over a tenth of a second, first guesses of limits [m/s², rad/s²]."""
         every = max(1, round(0.1 / self._log.step))
         steps = np.diff(self._log.t[::every])[:, None]
         rates = np.abs(np.diff(self._velocities[::every], axis=0)) / np.maximum(steps, 1e-9)
-        return dict(zip(_SLEWS, np.maximum(rates.max(axis=0, initial=0.0), 1e-3).tolist(), strict=True))
+        peaks: FloatArray = np.maximum(rates.max(axis=0, initial=0.0), 1e-3)
+        return peaks
 
 
 def identify(
@@ -248,112 +260,93 @@ class _Search:
         second = np.diff(replica.measured, n=2, axis=0)
         noise = np.median(np.abs(second), axis=0) / (0.6745 * math.sqrt(6.0))
         self._weights = 1.0 / np.maximum(noise, 1e-6 * np.ptp(replica.measured, axis=0) + 1e-12)
+        pairs = [(replica.start[key], replica.scales[key]) for key in _KEYS]
+        self._start = np.array([one / scale if scale else math.log(one) for one, scale in pairs])
 
     def identified(self) -> Identified:
         """Return the estimates: with limits of acceleration only if they explain more, without undetermined ones."""
-        before, (values, free) = self._errors(self._replica.start), self._best()
-        why = {key: "the log does not show a limit" for key in _SLEWS if math.isinf(values[key])}
+        before, (z, free) = self._errors(self._start), self._best()
+        why = {key: "the log does not show a limit" for key in _SLEWS if not free[_KEYS.index(key)]}
         while True:
-            residuals = self._errors(values)
-            self._weights = 1.0 / np.maximum(np.sqrt(np.mean(residuals**2, axis=0)), 1e-12)
-            values = self._fit(values, free)
-            residuals = self._errors(values)
+            self._weights = 1.0 / np.maximum(np.sqrt(np.mean(self._errors(z) ** 2, axis=0)), 1e-12)
+            z = self._fit(z, free)
+            residuals = self._errors(z)
             correlation = self._correlation(residuals)
-            jacobian = self._jacobian(values, free) / math.sqrt((1.0 + correlation) / (1.0 - correlation))
+            jacobian = self._jacobian(z, free) / math.sqrt((1.0 + correlation) / (1.0 - correlation))
             _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
-            if not free or singular[-1] * LARGEST_ERROR > 1.0:
+            roots = directions / np.maximum(singular, 1e-9)[:, None]  # their products are the covariances
+            errors, numbers = np.linalg.norm(roots, axis=0), np.flatnonzero(free)
+            if not (errors > LARGEST_ERROR).any():
                 break
-            fixed, reason = _to_hold(free, directions[-1])
-            free, why[fixed.key] = [p for p in free if p is not fixed], reason
-            values[fixed.key] = math.inf if fixed.key in _SLEWS else self._replica.start[fixed.key]
-        errors = np.sqrt(np.sum((directions / singular[:, None]) ** 2, axis=0)) if free else np.zeros(0)
-        quantile = NormalDist().inv_cdf(0.5 + 0.5 * CONFIDENCE)
-        halves = {p.key: quantile * float(error) for p, error in zip(free, errors, strict=True)}
-        estimates = tuple(self._estimate(p, values[p.key], halves.get(p.key), why.get(p.key, "")) for p in PARAMETERS)
-        left, right = (rmse(one) for one in residuals.T)
-        old_left, old_right = (rmse(one) for one in before.T)
+            first = int(np.flatnonzero(errors > LARGEST_ERROR)[0])
+            shares = np.abs(roots.T @ roots[:, first]) / (errors * errors[first])
+            others = [PARAMETERS[k].field for k in numbers[shares > _ALIKE] if k != numbers[first]]
+            fixed = int(numbers[first])
+            free[fixed], z[fixed] = False, math.inf if _KEYS[fixed] in _SLEWS else self._start[fixed]
+            apart = f"the log does not tell it from {', '.join(others)}"
+            why[_KEYS[fixed]] = apart if others else "the log hardly depends on it"
+        half = np.full(len(z), math.nan)
+        half[free] = NormalDist().inv_cdf(0.5 + 0.5 * CONFIDENCE) * errors
+        columns = [
+            self._replica.values(one).values() for one in (z, np.maximum(z - half, _LEAST), z + half, self._start)
+        ]
+        finite = [[one if math.isfinite(one) else None for one in column] for column in columns]
+        estimates = tuple(
+            Estimate(p.key, p.unit, value, low, high, start, why.get(p.key, ""))
+            for p, value, low, high, start in zip(PARAMETERS, *finite, strict=True)
+        )
+        left, right, old_left, old_right = (rmse(one) for one in (*residuals.T, *before.T))
         return Identified(estimates, len(residuals), (left, right), (old_left, old_right), correlation)
 
-    def _best(self) -> tuple[dict[str, float], list[Parameter]]:
-        """Return the best of some searches and their free parameters; from a short lag some end at a local minimum."""
-        start, enough = self._replica.start, _ENOUGH * len(self._replica.measured)
-        searches: list[tuple[float, dict[str, float], list[Parameter]]] = []
-        for lag in (start["actuator.lag"], _LONG_LAG):
-            for slews in (dict.fromkeys(_SLEWS, math.inf), self._replica.peaks()):
-                free = [p for p in PARAMETERS if p.key not in _SLEWS or math.isfinite(slews[p.key])]
-                values = self._fit({**start, **slews, "actuator.lag": lag}, free)
-                searches.append((self._cost(values) + _GAIN * len(free), values, free))
-            if min(cost for cost, _, _ in searches) < enough:
-                break
-        _, values, free = min(searches, key=lambda one: one[0])
-        return values, free
+    def _best(self) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return the best of some searches and its free parameters; from a short lag some end at a local minimum."""
+        searches: list[tuple[float, FloatArray, NDArray[np.bool_]]] = []
+        for lag in (self._start[_KEYS.index("actuator.lag")], math.log(_LONG_LAG)):
+            for slews in ([math.inf, math.inf], np.log(self._replica.peaks())):
+                z = self._start.copy()
+                z[_KEYS.index("actuator.lag")], z[[_KEYS.index(key) for key in _SLEWS]] = lag, slews
+                free = np.isfinite(z)
+                z = self._fit(z, free)
+                searches.append((0.5 * float(np.sum(self._weighted(z) ** 2)) + _GAIN * free.sum(), z, free))
+        _, z, free = min(searches, key=lambda one: one[0])
+        return z, free
 
-    def _errors(self, values: Mapping[str, float]) -> FloatArray:
+    def _errors(self, z: FloatArray) -> FloatArray:
         self._done += 1
         self._report(self._done)
-        errors: FloatArray = self._replica.measured - self._replica.simulate(values)
+        errors: FloatArray = self._replica.measured - self._replica.simulate(self._replica.values(z))
         return errors
 
-    def _weighted(self, values: Mapping[str, float]) -> FloatArray:
-        errors: FloatArray = (self._errors(values) * self._weights).ravel()
+    def _weighted(self, z: FloatArray) -> FloatArray:
+        errors: FloatArray = (self._errors(z) * self._weights).ravel()
         return np.clip(np.nan_to_num(errors, nan=_LARGEST), -_LARGEST, _LARGEST)
 
-    def _cost(self, values: Mapping[str, float]) -> float:
-        return 0.5 * float(np.sum(self._weighted(values) ** 2))
-
-    def _fit(self, values: Mapping[str, float], free: Sequence[Parameter]) -> dict[str, float]:
+    def _fit(self, z: FloatArray, free: NDArray[np.bool_]) -> FloatArray:
         from scipy.optimize import least_squares
 
-        def of(z: FloatArray) -> dict[str, float]:
-            return {**values, **{p.key: self._out(p, one) for p, one in zip(free, z.tolist(), strict=True)}}
+        def whole(part: FloatArray) -> FloatArray:
+            result = z.copy()
+            result[free] = part
+            return result
 
+        low = _LEAST[free]
         # a command that was sent between two rows seems to be late
-        least = [-self._replica.spacing if p.key == "dead_time" else p.least for p in free]
-        low = np.array([self._in(p, one) for p, one in zip(free, least, strict=True)])
-        high = np.array([self._in(p, p.most) for p in free])
-        start = np.clip([self._in(p, values[p.key]) for p in free], low + 1e-6, high)
+        low[[key == "dead_time" for key, is_free in zip(_KEYS, free, strict=True) if is_free]] = -self._replica.spacing
         result = least_squares(
-            lambda z: self._weighted(of(z)), start, lambda z: self._jacobian(of(z), free), (low, high),
+            lambda part: self._weighted(whole(part)), np.maximum(z[free], low + 1e-6),
+            lambda part: self._jacobian(whole(part), free), (low, math.inf),
             max_nfev=_EVALUATIONS, xtol=1e-6, ftol=1e-7,
         )  # fmt: skip
-        return of(result.x)
+        return whole(result.x)
 
-    def _jacobian(self, values: Mapping[str, float], free: Sequence[Parameter]) -> FloatArray:
-        """Return the derivatives of weighted errors by the parameters, shape (2 samples, parameters)."""
-        base = self._weighted(values)
-        columns = [
-            (self._weighted({**values, p.key: self._out(p, self._in(p, values[p.key]) + _STEP)}) - base) / _STEP
-            for p in free
-        ]
-        return np.stack(columns, axis=1) if columns else np.zeros((len(base), 0))
-
-    def _in(self, p: Parameter, value: float) -> float:
-        scale = self._replica.scales[p.key]
-        return value / scale if scale else math.log(value) if value > 0.0 else -math.inf
-
-    def _out(self, p: Parameter, z: float) -> float:
-        scale = self._replica.scales[p.key]
-        return z * scale if scale else math.exp(min(z, 700.0))
+    def _jacobian(self, z: FloatArray, free: NDArray[np.bool_]) -> FloatArray:
+        """Return the derivatives of weighted errors by the free parameters, shape (2 samples, parameters)."""
+        base, steps = self._weighted(z), _STEP * np.eye(len(z))[free]
+        columns: FloatArray = np.array([(self._weighted(z + one) - base) / _STEP for one in steps])
+        return columns.reshape(len(steps), len(base)).T
 
     def _correlation(self, residuals: FloatArray) -> float:
         """Return the larger correlation of one sample with the next, at least 0."""
         centred = residuals - residuals.mean(axis=0)
         products = np.sum(centred[1:] * centred[:-1], axis=0) / np.maximum(np.sum(centred**2, axis=0), 1e-300)
         return float(np.clip(products.max(), 0.0, 0.99))
-
-    def _estimate(self, p: Parameter, value: float, half: float | None, why: str) -> Estimate:
-        start = None if math.isinf(self._replica.start[p.key]) else self._replica.start[p.key]
-        if half is None:
-            return Estimate(p.key, p.unit, None if math.isinf(value) else value, None, None, start, why)
-        low, high = (self._out(p, self._in(p, value) + one) for one in (-half, half))
-        return Estimate(p.key, p.unit, value, low if p.key == "dead_time" else max(low, p.least), high, start)
-
-
-def _to_hold(free: Sequence[Parameter], direction: FloatArray) -> tuple[Parameter, str]:
-    """Return the parameter to hold if the log does not determine a direction, and why."""
-    shares = np.abs(direction) / np.abs(direction).max()
-    first = next(p for p, share in zip(free, shares, strict=True) if share > LARGEST_ERROR)
-    others = [p.field for p, share in zip(free, shares, strict=True) if share > 0.2 and p is not first]
-    if not others:
-        return first, "the log hardly depends on it"
-    return first, f"the log does not tell it from {', '.join(others)}"
