@@ -140,24 +140,11 @@ def prove(
     fuzzyctl prove ais_reaction --bounds
     fuzzyctl prove arch_unicycle --tube tube.png
     """
-    if tube is not None and not tube.lower().endswith(_TUBES):
-        raise click.UsageError(f"--tube {tube}: the name must end in {', '.join(_TUBES)}")
-    if (fixed is not None or noise is not None) and (bounds or certificate is not None):
-        option = "--noise" if fixed is None else "--fixed"
-        raise click.UsageError(f"{option} is not for {'--bounds' if bounds else '--certificate'}")
-    setting = _Setting(None if fixed is None else _fixed_format(fixed), noise)
+    loop_option = "--fixed" if fixed is not None else "--noise" if noise is not None else ""
+    _require_options(files, tube, certificate, loop_option, bounds=bounds)
     if bounds:
-        if len(files) > 1:
-            raise click.UsageError("--bounds takes one file")
-        if tube is not None or certificate is not None:
-            raise click.UsageError(f"--{'certificate' if tube is None else 'tube'} is not for --bounds")
         return print_bounds(files[0], choice, 4.0 if timeout is None else timeout, form)
-    if certificate is not None and len(files) > 1:
-        raise click.UsageError("--certificate takes one file")
-    occupied = {os.path.realpath(place_of(f).path) for f in files if f != "-"}
-    occupied |= {os.path.realpath(f) for f in (tube,) if f is not None}
-    if certificate is not None and os.path.realpath(certificate) in occupied:
-        raise click.UsageError(f"--certificate {certificate}: this file is read, or holds the tube")
+    setting = _Setting(None if fixed is None else _fixed_format(fixed), noise)
     timeout = 10.0 if timeout is None else timeout
     proofs: list[Proof] = []
     mistakes: list[Diagnostic] = []
@@ -170,12 +157,11 @@ def prove(
                 mistakes.extend(error.diagnostics)
                 continue
             label = STDIN if file == "-" else file
-            claiming = [b for b in opened.blocks if not b.unclaimed]
-            if setting != _Setting():
-                claiming = [b for b in claiming if b.kind == "loop"]
-                if not claiming:
-                    option = "--noise" if fixed is None else "--fixed"
-                    raise click.UsageError(f"{option} is for loops, and {label} has none with claims about all members")
+            claiming = [b for b in opened.blocks if not b.unclaimed and (b.kind == "loop" or not loop_option)]
+            if loop_option and not claiming:
+                raise click.UsageError(
+                    f"{loop_option} is for loops, and {label} has none with claims about all members"
+                )
             for block in claiming or opened.blocks:
                 proofs.append(Proof(label, block))
                 _prove(proofs[-1], timeout, tell, setting)
@@ -201,6 +187,34 @@ def prove(
     if mistakes:
         return code_of(mistakes)
     return UNDECIDED if "Undecided" in kinds or lacking else DONE
+
+
+def _require_options(
+    files: Sequence[str], tube: str | None, certificate: str | None, loop_option: str, *, bounds: bool
+) -> None:
+    """Refuse options that exclude each other, and files to write that are read.
+
+    Args:
+        files: Files that are read.
+        tube, certificate: Files that are written.
+        loop_option: An option for loops alone, or an empty text.
+        bounds: Whether bounds are printed in place of proofs.
+
+    Raises:
+        click.UsageError: For the first of them.
+    """
+    if tube is not None and not tube.lower().endswith(_TUBES):
+        raise click.UsageError(f"--tube {tube}: the name must end in {', '.join(_TUBES)}")
+    if loop_option and (bounds or certificate is not None):
+        raise click.UsageError(f"{loop_option} is not for {'--bounds' if bounds else '--certificate'}")
+    if bounds and (tube is not None or certificate is not None):
+        raise click.UsageError(f"--{'certificate' if tube is None else 'tube'} is not for --bounds")
+    if len(files) > 1 and (bounds or certificate is not None):
+        raise click.UsageError(f"--{'bounds' if bounds else 'certificate'} takes one file")
+    occupied = {os.path.realpath(place_of(f).path) for f in files if f != "-"}
+    occupied |= {os.path.realpath(f) for f in (tube,) if f is not None}
+    if certificate is not None and os.path.realpath(certificate) in occupied:
+        raise click.UsageError(f"--certificate {certificate}: this file is read, or holds the tube")
 
 
 def _write_certificate(path: str, proofs: Sequence[Proof], choice: Choice) -> dict[str, str]:

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     metavar="TABLE|LOG",
     show_default=False,
-    help="Compare the run with table12 or table13 of the paper, whatever was changed, or with a log of real robots: "
+    help="Compare the run, also a changed one, with table12 or table13 of the paper, or with a log of real robots: "
     "CSV or rosbag2.",
 )
 @run_options.format_option
