@@ -266,13 +266,22 @@ def verify(file: str, source: str | None) -> int:
     content, _ = content_of(source)
     with open(file, "rb") as opened:
         parts = json.load(opened)["parts"]
-    if not all(sha256(content).hexdigest() in part.get("sha256", {}).values() for part in parts):
+    if not all(map(_names_its_source, parts)):
+        raise click.ClickException(f"{file} does not say of which file it is: 'loop', 'lines', 'settings' or 'sha256'")
+    if not all(sha256(content).hexdigest() in part["sha256"].values() for part in parts):
         raise click.ClickException(f"{source} is not the file that was proved: its hash is not in {file}")
     for part in parts if source != "-" else ():  # which can be read once
         block = open_blocks(source, Choice(tuple(part["settings"]), part["loop"]), hints=False).blocks[0]
         if not (isinstance(block, Loop) and is_of(part, block)):
             raise click.ClickException(f"{file} is about another loop than '{block.name}' of {source}")
     return DONE
+
+
+def _names_its_source(part: dict[str, Any]) -> bool:
+    """Return whether a part has its loop, claims, settings and hashes, most of which the check does not read."""
+    texts = [part.get(key) for key in ("lines", "settings")]
+    are_texts = all(isinstance(t, list) and all(isinstance(x, str) for x in t) for t in texts)
+    return are_texts and isinstance(part.get("loop"), str) and isinstance(part.get("sha256"), dict)
 
 
 def _opened(file: str, choice: Choice) -> Opened:

@@ -684,6 +684,20 @@ def test_a_certificate_is_compared_with_its_file(tmp_path):
     assert verifies(tmp_path / "none.json").exit_code == 1
 
 
+def test_a_certificate_that_lacks_its_source_is_refused_with_a_message(tmp_path):
+    file, target, broken = tmp_path / "l.fz", tmp_path / "c.json", tmp_path / "broken.json"
+    file.write_text(TEXTS["waves"], encoding="utf-8")
+    prove(file, "--certificate", target)
+    (part,) = json.loads(target.read_text(encoding="utf-8"))["parts"]
+    lacking = [{k: v for k, v in part.items() if k != key} for key in part if key != "kind"]
+    wrong = [part | {key: value} for key in ("lines", "settings", "sha256", "loop") for value in (3, [3], "a", ["a"])]
+    for other in (*lacking, *wrong):
+        broken.write_text(json.dumps({"format": "fuzzyctl certificate 1", "parts": [other]}), encoding="utf-8")
+        done = runner("verify")(broken, "--source", file)
+        assert (done.exit_code, type(done.exception)) in ((1, SystemExit), (2, SystemExit)), done.stderr
+        assert done.stderr.strip()
+
+
 def test_a_claim_without_a_certificate_is_named_and_no_file_is_written(tmp_path):
     file, target = tmp_path / "l.fz", tmp_path / "c.json"
     file.write_text(TEXTS["waves"].replace("-sin(x)", "-sin(x) * x ^ 0.5"), encoding="utf-8")
