@@ -267,7 +267,9 @@ def verify(file: str, source: str | None) -> int:
     with open(file, "rb") as opened:
         parts = json.load(opened)["parts"]
     if not all(map(_names_its_source, parts)):
-        raise click.ClickException(f"{file} does not say of which file it is: 'loop', 'lines', 'settings' or 'sha256'")
+        raise click.ClickException(
+            f"{file} lacks 'loop', 'lines', 'settings' or 'sha256', by which its source is known"
+        )
     if not all(sha256(content).hexdigest() in part["sha256"].values() for part in parts):
         raise click.ClickException(f"{source} is not the file that was proved: its hash is not in {file}")
     for part in parts if source != "-" else ():  # which can be read once
@@ -278,7 +280,7 @@ def verify(file: str, source: str | None) -> int:
 
 
 def _names_its_source(part: dict[str, Any]) -> bool:
-    """Return whether a part has its loop, claims, settings and hashes, most of which the check does not read."""
+    """Return whether a part has the name of its loop, its claims, settings and hashes, which describe its source."""
     texts = [part.get(key) for key in ("lines", "settings")]
     are_texts = all(isinstance(t, list) and all(isinstance(x, str) for x in t) for t in texts)
     return are_texts and isinstance(part.get("loop"), str) and isinstance(part.get("sha256"), dict)
