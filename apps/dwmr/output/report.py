@@ -273,7 +273,7 @@ def print_identified(out: Console, identified: Mapping[str, Identified]) -> None
         out.print(table)
         v, omega, old_v, old_omega = (_number(number, 4) for number in (*one.residuals, *one.before))
         out.print(
-            f"{one.samples} samples; left of v {v} m/s, of ω {omega} rad/s (root mean square; with the values of the "
+            f"{one.samples} samples; residuals: v {v} m/s, ω {omega} rad/s (root mean square; with the values of the "
             f"scenario {old_v} m/s, {old_omega} rad/s). One sample correlates with the next by {one.correlation:.2f}, "
             f"which widens the intervals {math.sqrt((1.0 + one.correlation) / (1.0 - one.correlation)):.2f} times.",
             style="dim", highlight=False,
