@@ -104,8 +104,6 @@ CODES: Final[dict[str, str]] = {
     "FZ903": "a scenario value is missing",
     "FZ904": "a scenario value is not admissible",
     "FZ905": "a rule file does not fit its role",
-    "FZ906": "the constraint G_AIS > 0 is not guaranteed",
-    "FZ907": "the boundary layer is not guaranteed to be positive",
     "FZ908": "a run was stopped",
     "FZ909": "an output folder cannot be used",
     "FZ910": "a path file is malformed",

@@ -6,7 +6,7 @@ that a broken rule file is answered at once.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import fuzzyctl
 from dwmr.control import law_text
 from dwmr.control.rule_files import RuleFiles, Used, read_whole
-from dwmr.control.rule_requirements import ROLE, ROLES, Channel, check_alike, check_role, not_positive, prove_floor
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import names_in
 from fuzzyctl.kernels.plan.expansion import with_values
@@ -84,75 +83,6 @@ class Rules:
         self.warnings: list[Diagnostic] = []
         self.known = Known() if known is None else known
 
-    def prove_reaction(self, robot: str, channel: str, k_h_min: float | None, k_s: float | None) -> Any:
-        """Prove k̄_h − k_s sup f >= G_min > 0, and what else the rule file requires, for one channel of a robot.
-
-        Args:
-            robot: Name of the robot.
-            channel: "v" or "omega".
-            k_h_min, k_s: The robot's own gains, or None for those of the rule file's params.
-
-        Returns:
-            The fuzzy system f(σ*, dσ*/dt) with these gains as its params.
-
-        Raises:
-            DiagnosticError: When the guarantee does not follow from the rule file.
-
-        Source:
-            Goto, Bertol, Martins, section 7, choice of f_max.
-        """
-        gains = {name: value for name, value in (("k_h_min", k_h_min), ("k_s", k_s)) if value is not None}
-        declared = {p.name: p.span for p in self._load(ROLE).params}
-        missing = [name for name in ("k_h_min", "k_s", "G_min") if name not in declared]
-        if missing:
-            message = f"{self.files.path(ROLE).name} declares no param {', '.join(missing)}"
-            facts = (f"{ROLE} needs the params k_h_min, k_s and G_min",)
-            raise DiagnosticError([Diagnostic("FZ905", message, facts=facts, file=str(self.files.path(ROLE)))])
-        asked, values = Channel(robot, channel, gains), {**self._load(ROLE).values, **self.files.params(ROLE), **gains}
-        for name in ("k_h_min", "k_s"):
-            if not values[name] > 0.0:
-                place = (declared[name], self.used[ROLE].path)
-                raise DiagnosticError([not_positive(asked, name, values[name], self.files, place)])
-        system = self.system(ROLE, gains)
-        if not self.known.proved:
-            prove_floor(system, self._bounds(ROLE, system)["f"], asked)
-        self._prove_guarantees(ROLE, system, f"robot {robot}, channel {channel}")
-        return system
-
-    def prove_boundary_layer(self) -> Any:
-        """Prove β > 0, and what else the rule file requires, and return the fuzzy system β(|σ*|).
-
-        Raises:
-            DiagnosticError: When β > 0 does not follow from the rule file, or a guarantee is not proved.
-        """
-        system = self.system("boundary_layer", {})
-        if self.known.proved:
-            return system
-        bound = self._bounds("boundary_layer", system)["beta"]
-        if bound.lo > 0.0:
-            self._prove_guarantees("boundary_layer", system)
-            return system
-        message = f"the boundary layer is not guaranteed to be positive: β comes down to {bound.lo:.6g}"
-        facts = ("Eq. (19) divides by β, so every value β can take must be > 0",)
-        help_text = "raise the peak of this term above 0"
-        path = str(self.files.path("boundary_layer"))
-        raise DiagnosticError(
-            [Diagnostic("FZ907", message, span=bound.lo_span, facts=facts, help=help_text, file=path)]
-        )
-
-    def reaction(self, robot: str, channel: str, k_h_min: float | None, k_s: float | None) -> tuple[Any, float, float]:
-        """Return the proved and compiled f(σ*, dσ*/dt) of one channel of a robot, with k̄_h and k_s.
-
-        Source:
-            Goto, Bertol, Martins, Eq. (18), which the rule file's `center_average` is.
-        """
-        system = self.prove_reaction(robot, channel, k_h_min, k_s)
-        return self.kernel(ROLE, system).value, system.values["k_h_min"], system.values["k_s"]
-
-    def boundary_layer(self) -> Any:
-        """Return the proved and compiled β(|σ*|)."""
-        return self.kernel("boundary_layer", self.prove_boundary_layer()).value
-
     def law(self, name: str) -> law_text.LawText:
         """Read a control law once, and remember its warnings.
 
@@ -182,9 +112,7 @@ class Rules:
             part: A param that is 0; an empty string for none.
         """
         controller, written = law.controller, law_text.systems_of(law.controller)
-        systems = {role: self.system(role, {}) for role in written if role in self.files.named}
-        for role in systems.keys() - ROLES.keys():
-            check_alike(systems[role], written[role], role, self.used[role].path)
+        systems = {role: self.system(role, written[role]) for role in written if role in self.files.named}
         self.laws[law.path.name] = law_text.used_as_called(law, {role: self.used[role] for role in systems})
         key = law.path, part, tuple(self._key(role, system) for role, system in systems.items())
         if key not in self.known.assembled:
@@ -198,7 +126,7 @@ class Rules:
         return self.known.assembled[key]
 
     def prove_law(self, law: law_text.Assembled, values: Mapping[str, float], where: str) -> None:
-        """Refuse a control law unless its guarantees, and those of its systems, are proved.
+        """Refuse a control law unless its guarantees, and those of the systems that it calls, are proved.
 
         Args:
             law: The law.
@@ -208,28 +136,33 @@ class Rules:
         Raises:
             DiagnosticError: With each guarantee that is refuted, or that cannot be decided in time.
         """
-        for name, system in law.systems.items():
-            if name not in self.used:
-                self._require_coverage(system, Path(system.path))
-            if name not in ROLES or name not in self.used:
-                self._prove(system, (system.path, tuple(system.values.items())), system.path)
+        if self.known.proved:
+            return
+        for system in law.called(values):
+            self._require_coverage(system, Path(system.path))
+            self._prove(system, where)
         _require_proved(law.proved(values), law.controller.path, where)
 
-    def prove_adaptive_gain(self) -> Any:
-        """Prove the guarantees of the rule file and return the fuzzy system F(σ*).
-
-        Raises:
-            DiagnosticError: When a guarantee is not proved.
-        """
-        system = self.system("fcafsmc", {})
-        self._prove_guarantees("fcafsmc", system)
-        return system
+    def wrong_params(self, name: str, reason: str) -> Iterator[Diagnostic]:
+        """Describe the params of rule files whose value the text of a control law does not admit, where it is given."""
+        for role, used in self.used.items():
+            if name in self.files.params(role):
+                key = f"rules.{role}.{name}"
+                yield self.files.places.diagnostic("FZ904", key, f"{key} {reason}")
+            else:
+                declared = (p for p in self._load(role).params if p.name == name)
+                yield from (
+                    Diagnostic("FZ904", f"param {name} {reason}", p.span, file=str(used.path)) for p in declared
+                )
 
     def gain(self, role: str) -> Any:
         """Return the proved and compiled system of a custom role, for a law in Python."""
-        system = self.system(role, {})
-        self._prove_guarantees(role, system)
-        return self.kernel(role, system).value
+        system = self.system(role)
+        self._prove(system)
+        key = self._key(role, system)
+        if key not in self.known.kernels:
+            self.known.kernels[key] = fuzzyctl.compile(system)
+        return self.known.kernels[key].value
 
     def proved(self, role: str) -> tuple[str, int, dict[str, float], float, float]:
         """Return facts of a proved rule file: output, number of rules, params, and least and greatest value.
@@ -237,18 +170,27 @@ class Rules:
         Raises:
             DiagnosticError: When the file has mistakes or does not fit the role.
         """
-        system = self.system(role, {})
+        system = self.system(role)
         output = system.outputs[0].name
-        bound = self._bounds(role, system)[output]
+        key = self._key(role, system)
+        if key not in self.known.bounds:
+            self.known.bounds[key] = fuzzyctl.output_bounds(system)
+        bound = self.known.bounds[key][output]
         return output, len(system.rules), dict(system.values), bound.lo, bound.hi
 
-    def system(self, role: str, own: Mapping[str, float]) -> Any:
-        """Return the fuzzy system of a role with the scenario's params and a robot's own ones.
+    def system(self, role: str, written: FuzzySystem | None = None) -> Any:
+        """Return the fuzzy system of a role with the scenario's params.
+
+        Args:
+            role: The role.
+            written: The system that the control law was written with, whose inputs and output it must have.
 
         Raises:
             DiagnosticError: When the file has mistakes, does not fit the role, or has no such param.
         """
         system, params = self._load(role), self.files.params(role)
+        if written is not None:
+            _check_alike(system, written, role, self.used[role].path)
         unknown = sorted(set(params) - set(system.values))
         if unknown:
             raise DiagnosticError([self.files.unknown_param(role, name, tuple(system.values)) for name in unknown])
@@ -257,14 +199,13 @@ class Rules:
         derived = [self.files.computed_param(role, name, tuple(names)) for name, names in sources.items() if names]
         if derived:
             raise DiagnosticError(derived)
-        changes = {**params, **own}
-        if not changes:
+        if not params:
             self._require_coverage(system, self.used[role].path)
             return system
-        key = (self.used[role].path, tuple(sorted(changes.items())))
+        key = (self.used[role].path, tuple(sorted(params.items())))
         if key not in self.known.changed:
             try:
-                self.known.changed[key] = system.with_params(**changes)
+                self.known.changed[key] = system.with_params(**params)
             except (UnknownNameError, ValueOutOfBoundsError) as error:
                 raise DiagnosticError([Diagnostic("FZ905", str(error), file=str(self.used[role].path))]) from error
         changed = self.known.changed[key]
@@ -283,7 +224,7 @@ class Rules:
             self.known.systems[path] = (system, read_whole(path), tuple(diagnostics))
         system, used, remarks = self.known.systems[path]
         if role not in self.used:
-            check_role(system, role, path)
+            _require_one_output(system, role, path)
             self.used[role] = used
             self.warnings += [d for d in remarks if d not in self.warnings]
         return system
@@ -291,33 +232,22 @@ class Rules:
     def _key(self, role: str, system: Any) -> Key:
         return self.used[role].path, tuple(sorted(system.values.items()))
 
-    def _bounds(self, role: str, system: Any) -> Any:
-        """Return the proved bounds of a system's outputs; equal params are proved once."""
-        key = self._key(role, system)
-        if key not in self.known.bounds:
-            self.known.bounds[key] = fuzzyctl.output_bounds(system)
-        return self.known.bounds[key]
-
-    def _prove_guarantees(self, role: str, system: Any, where: str = "") -> None:
-        """Refuse a system unless every `require` line of its file is proved at its params; equal ones are proved once.
+    def _prove(self, system: FuzzySystem, where: str = "") -> None:
+        """Refuse a system unless each `require` line of its file is proved at its params; equal ones are proved once.
 
         Args:
-            role: Which file it came from.
             system: The system.
-            where: The robot and the channel whose gains are its params.
+            where: The robot whose gains are its params.
 
         Raises:
             DiagnosticError: With each guarantee that is refuted, or that cannot be decided in time.
         """
-        key = self.used[role].sha256, tuple(sorted(system.values.items()))
-        self._prove(system, key, str(self.used[role].path), where)
-
-    def _prove(self, subject: FuzzySystem, key: Any, path: str, where: str = "") -> None:
         if self.known.proved:
             return
+        key = system.path, tuple(sorted(system.values.items()))
         if key not in self.known.verdicts:
-            self.known.verdicts[key] = fuzzyctl.prove(subject)
-        _require_proved(self.known.verdicts[key], path, where)
+            self.known.verdicts[key] = fuzzyctl.prove(system)
+        _require_proved(self.known.verdicts[key], system.path, where)
 
     def _require_coverage(self, system: Any, path: Path) -> None:
         """Refuse a system that is not proved to have a number as its output everywhere; params may have opened a hole.
@@ -338,12 +268,33 @@ class Rules:
             raise DiagnosticError([_not_covered(output, verdict, str(path))])
         self.known.sound.add(key)
 
-    def kernel(self, role: str, system: Any) -> Any:
-        """Return the compiled kernel of a system; equal params are compiled once."""
-        key = self._key(role, system)
-        if key not in self.known.kernels:
-            self.known.kernels[key] = fuzzyctl.compile(system)
-        return self.known.kernels[key]
+
+def _require_one_output(system: FuzzySystem, role: str, path: Path) -> None:
+    if len(system.outputs) != 1:
+        message = f"{path.name} does not fit the role {role}"
+        facts = (f"its outputs are {', '.join(v.name for v in system.outputs)}; a role has one output",)
+        raise DiagnosticError([Diagnostic("FZ905", message, facts=facts, file=str(path))])
+
+
+def _check_alike(system: FuzzySystem, written: FuzzySystem, role: str, path: Path) -> None:
+    """Refuse a system whose inputs and output are not those of the system that the law was written with.
+
+    Raises:
+        DiagnosticError: With all that does not fit.
+    """
+    _require_one_output(written, role, path)
+    (output,), (expected,) = system.outputs, written.outputs
+    inputs, needed = (", ".join(v.name for v in one.inputs) for one in (system, written))
+    mistakes = []
+    if inputs != needed:
+        mistakes.append(f"its inputs are {inputs}; {role} needs {needed} in this order")
+    if output.name != expected.name:
+        mistakes.append(f"its output is {output.name}; {role} needs the output {expected.name}")
+    elif (output.adaptive is None) != (expected.adaptive is None):
+        mistakes.append(f"output {output.name} must {'not ' if expected.adaptive is None else ''}be adaptive")
+    if mistakes:
+        message = f"{path.name} does not fit the role {role}"
+        raise DiagnosticError([Diagnostic("FZ905", message, facts=tuple(mistakes), file=str(path))])
 
 
 def _named(system: FuzzySystem, role: str) -> FuzzySystem:

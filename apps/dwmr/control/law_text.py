@@ -14,7 +14,7 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, Diagnosti
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.expr import Call, Keyword, Name, Number, names_in, span_of, walk
 from fuzzyctl.kernels.free_values import require_bounds
-from fuzzyctl.kernels.plan.equations import Equations, KeptState
+from fuzzyctl.kernels.plan.equations import Equations, Evaluation, KeptState
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.loading.load import chosen, look_through
 from fuzzyctl.model.block import Bounds
@@ -87,10 +87,10 @@ class Assembled:
 
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
-        self.systems = systems_of(controller)
         #: Params on which no system, start, range or period depends.
         self.varying = varying(controller)
         self._verdicts: dict[tuple[float, ...], tuple[Verdict, ...]] = {}
+        self._called: dict[tuple[float, ...], tuple[FuzzySystem, ...]] = {}
         self._starts: dict[tuple[float, ...], FloatArray] = {}
         self._values: dict[tuple[tuple[str, float], ...], tuple[Mapping[str, float], Mapping[str, str]]] = {}
         self._adaptive: dict[tuple[float, ...], tuple[int, ...]] = {}
@@ -109,6 +109,15 @@ class Assembled:
     def _fixed(self, values: Mapping[str, float]) -> tuple[float, ...]:
         """Return the values of the other params."""
         return tuple(values[p.name] for p in self.controller.params if p.name not in self.varying)
+
+    def called(self, values: Mapping[str, float]) -> tuple[FuzzySystem, ...]:
+        """Return the systems that the law calls, each with its params, with some values of all params of the law."""
+        key = tuple(values.values())
+        if key not in self._called:
+            body = equations_of(with_values(self.controller, values)).body
+            systems = {(s.path, *s.values.items()): s for s in (i.system for i in body if isinstance(i, Evaluation))}
+            self._called[key] = tuple(systems.values())
+        return self._called[key]
 
     def proved(self, values: Mapping[str, float]) -> tuple[Verdict, ...]:
         """Return a verdict on each claim with some values of all params.

@@ -46,6 +46,10 @@ LAWS = {
 }
 
 
+#: Roles of rule files that the shipped control laws call.
+ROLES = ("ais_reaction", "boundary_layer", "fcafsmc")
+
+
 class Used(NamedTuple):
     """A rule file that serves in a role: its place and its contents.
 

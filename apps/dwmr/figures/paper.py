@@ -137,7 +137,7 @@ class PaperFigure:
         if self.experiment and scenario.run.plant != "mujoco":
             what = f"it shows rigid bodies, and run.plant is {scenario.run.plant!r}"
             return f"{what}; see figure {self.number - _LATER}"
-        if all(getattr(r.controllers, self.law, None) is None for r in scenario.robots.values()):
+        if all(self.law not in r.controllers for r in scenario.robots.values()):
             return f"the scenario has no gains for {self.law}"
         if "followers" in self.needs and not derived.followers(scenario):
             return "no robot follows another one"

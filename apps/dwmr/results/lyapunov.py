@@ -75,7 +75,7 @@ def signals(trajectory: Trajectory, scenario: Scenario) -> Mapping[str, FloatArr
 def _gains(trajectory: Trajectory, scenario: Scenario) -> Mapping[str, FloatArray] | None:
     """Return the numbers in the law's tables by key, each of shape (robots,), or None without sliding variables."""
     tables = [laws.table(scenario.robots[r].controllers, trajectory.controller)[1] for r in trajectory.robots]
-    rows = [dict(one or {}) for one in tables]
+    rows = [one or {} for one in tables]
     keys = [key for key in rows[0] if all(isinstance(row.get(key), int | float) for row in rows)]
     gains = {key: np.array([row[key] for row in rows], dtype=np.float64) for key in keys}
     complete = {"lambda_1", "lambda_2", "lambda_3", "p_v", "p_omega"} <= gains.keys()

@@ -262,10 +262,10 @@ def _condition_violated(trajectory: Trajectory, scenario: Scenario, robot: str) 
     Source:
         Goto, Bertol, Martins, the condition after Eq. (13).
     """
-    _, settings = laws.table(scenario.robots[robot].controllers, trajectory.controller)
-    lambda_2, lambda_3 = getattr(settings, "lambda_2", None), getattr(settings, "lambda_3", None)
-    if lambda_2 is None or lambda_3 is None:  # a law without these surfaces
-        return 0.0
+    _, gains = laws.table(scenario.robots[robot].controllers, trajectory.controller)
+    lambda_2, lambda_3 = ((gains or {}).get(name) for name in ("lambda_2", "lambda_3"))
+    if not isinstance(lambda_2, int | float) or not isinstance(lambda_3, int | float) or lambda_3 <= 0.0:
+        return 0.0  # a law without these surfaces
     i = trajectory.robots.index(robot)
     reach = np.abs(scenario.robots[robot].d + trajectory["x_e"][:, i])
     return _share(lambda_2 / lambda_3 > 1.0 / (reach + 1.0))

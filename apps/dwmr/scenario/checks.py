@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 
 from dwmr.control import laws as controllers
-from dwmr.control.rule_requirements import ROLES
+from dwmr.control.rule_files import ROLES
 from dwmr.scenario.graph import formation_mistakes, unknown
 from dwmr.scenario.guard import safety_mistakes
 from dwmr.scenario.mistakes import unknown_role
@@ -96,7 +96,7 @@ def _laws(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     names, folder = controllers.names(), Path(places.source.name).parent
     named = {scenario.run.controller: "run.controller"}
     for name, robot in scenario.robots.items():
-        for law in robot.controllers.__pydantic_extra__ or {}:
+        for law in robot.controllers:
             named.setdefault(law, f"robots.{name}.controllers.{law}")
     for law, key in named.items():
         if not controllers.exists(law, folder):
@@ -106,8 +106,8 @@ def _laws(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 
 def _roles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Refuse roles that no law uses; a user's law may have more roles, see `preflight`."""
-    tables = {law for robot in scenario.robots.values() for law in robot.controllers.__pydantic_extra__ or {}}
-    if all(controllers.base(law) in controllers.SHIPPED for law in {scenario.run.controller, *tables}):
+    tables = {law for robot in scenario.robots.values() for law in robot.controllers}
+    if all(controllers.base(law) in controllers.PAPER for law in {scenario.run.controller, *tables}):
         yield from (unknown_role(places, role) for role in scenario.rules if role not in ROLES)
 
 

@@ -10,7 +10,7 @@ from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from dwmr.control.rule_requirements import ROLES
+from dwmr.control.rule_files import ROLES
 from dwmr.scenario.model import COMMON, FULL_TURN, Robot, Scenario
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean

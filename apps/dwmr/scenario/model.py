@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import AfterValidator, ConfigDict, Field, Strict, field_validator, model_validator
+from pydantic import AfterValidator, Field, Strict, field_validator, model_validator
 
 from dwmr.config.quantities import FARTHEST, Section, place, quantity
-from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
 from dwmr.control.rule_files import RuleFile
 from dwmr.reference.prepared import Coordinate, ReferenceSettings, Settings
 
@@ -280,16 +279,6 @@ class Sensors(Section):
     )
 
 
-class Controllers(Section):
-    """Gains by control law; tables of users' laws are among the extra ones."""
-
-    model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
-
-    smc: SmcSettings | None = None
-    aifqsmc: AifqsmcSettings | None = None
-    fcafsmc: FcafsmcSettings | None = None
-
-
 class Robot(Section):
     """One robot: body, start, drives, inner loop, gains and its place in the formation."""
 
@@ -330,7 +319,7 @@ class Robot(Section):
         description="whether adaptive gains rest while limits or the safety filter change the robot's command; absent, "
         "with [safety] only",
     )
-    controllers: Controllers
+    controllers: dict[str, dict[str, Any]] = Field(default={}, description="gains by control law")
 
     @field_validator("formation", mode="before")
     @classmethod

@@ -120,8 +120,7 @@ def _controllers(scenario: Scenario) -> dict[str, dict[str, Mapping[str, Any]]]:
         for name, robot in scenario.robots.items():
             table = laws.table(robot.controllers, law)[1]
             if table is not None:
-                plain = table if isinstance(table, Mapping) else table.model_dump(exclude_none=True)
-                tables.setdefault(law, {})[name] = plain
+                tables.setdefault(law, {})[name] = table
     return tables
 
 
@@ -129,8 +128,7 @@ def laws_of(robots: Iterable[Robot]) -> tuple[str, ...]:
     """Return the names of the control laws that some robot has gains for."""
     tables: dict[str, None] = {}
     for robot in robots:
-        tables |= dict.fromkeys(n for n in type(robot.controllers).model_fields if getattr(robot.controllers, n))
-        tables |= dict.fromkeys(robot.controllers.__pydantic_extra__ or {})
+        tables |= dict.fromkeys(robot.controllers)
     return tuple(tables)
 
 

@@ -16,9 +16,9 @@ from dwmr.control import laws as controllers
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
-from dwmr.control.laws.settings import LawSettings
-from dwmr.control.laws.text_law import TextLaw, TextSettings
-from dwmr.control.rule_requirements import ROLES
+from dwmr.control.laws.settings import LawSettings, TextSettings
+from dwmr.control.laws.text_law import TextLaw
+from dwmr.control.rule_files import ROLES
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.mistakes import diagnose
 from dwmr.scenario.model import Ackermann, Omnidirectional
@@ -163,7 +163,7 @@ def _named(file: ScenarioFile, law: str) -> Iterator[None]:
         yield
     except DiagnosticError as error:
         key, span, argument = file.places.resolve(("run", "controller"))
-        if controllers.base(law) in controllers.SHIPPED or file.scenario.run.controller != law:
+        if controllers.base(law) in controllers.PAPER or file.scenario.run.controller != law:
             raise
         raise DiagnosticError([_with_name(d, law, key, span, argument) for d in error.diagnostics]) from None
 
@@ -190,8 +190,6 @@ def settings_of(file: ScenarioFile, robot: str, name: str, law: Any) -> LawSetti
     """
     table, gains = controllers.table(file.scenario.robots[robot].controllers, name)
     key = f"robots.{robot}.controllers.{table}"
-    if isinstance(gains, LawSettings):
-        return gains
     if gains is None and law.Settings is TextSettings:
         return TextSettings()  # its params have values in the text
     if gains is None:

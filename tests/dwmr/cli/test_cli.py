@@ -128,7 +128,7 @@ class TestRun:
             (tmp_path / "mine.toml").write_text(f'extends = "{base}"\n', encoding="utf-8")
         edited_rules(folder, "ais_reaction.fz", ("0.09, 0.18, inf)", "0.09, 0.19, inf)"))
         done = here("run", tmp_path / ("mine.toml" if base else "base.toml"), "-o", tmp_path / "out", status=1)
-        assert f"{folder / 'ais_reaction.fz'}:37" in done.stderr
+        assert f"{folder / 'ais_reaction.fz'}:47" in done.stderr
 
     def test_that_diverges_says_so_and_keeps_its_data(self, tmp_path):
         values = [word for value in DIVERGES for word in ("--set", value)]
@@ -195,7 +195,7 @@ BAD = {
     "an unknown param": (["paper", "--set", "rules.ais_reaction.k_t=1"], 1, ["did you mean 'rules.ais_reaction.k_s'?"]),
     "a computed param": (["paper", "--set", "rules.ais_reaction.f_max=0.1"], 1, ["set k_h_min, G_min, k_s instead"]),
     "a peak that is too high": (
-        ["paper", "--rules", peak], 1, ["ais_reaction.fz:37", "0.19", "G_AIS > 0", "-0.0045"]
+        ["paper", "--rules", peak], 1, ["ais_reaction.fz:47", "G_AIS > 0", "-0.0045"]
     ),
     "an output that is a file": (["paper", "-o", a_file], 1, ["cannot be written"]),
     "an output below a file": (["paper", "-o", lambda folder: a_file(folder) / "x"], 1, ["cannot be written"]),

@@ -124,8 +124,8 @@ class TestCheck:
         ("value", "code"),
         [
             ("rules.ais_reaction.file=tipper.fz", "FZ905"),
-            ("rules.ais_reaction.k_s=0.6", "FZ906"),
-            ("robots.leader.controllers.aifqsmc.k_s_v=0.9", "FZ906"),
+            ("rules.ais_reaction.k_s=0.6", "FZ402"),
+            ("robots.leader.controllers.aifqsmc.k_s_v=0.9", "FZ402"),
             ("robots.follower1.formation.leader=follower1", "FZ904"),
             ("run.horizn=3", "FZ902"),
         ],
@@ -161,7 +161,7 @@ class TestCheck:
         edited_rules(tmp_path, "boundary_layer.fz", peak, ("[0.005, 0.05]", "[0, 0.05]"))
         status, _, said = dwmr("check", "paper", "--rules", tmp_path)
         assert status == 1
-        assert "error[FZ907]" in said
+        assert "error[FZ402]: the guarantee 'beta >= 0.005 within 1e-12' does not hold" in said
 
     def test_a_file_of_the_folder_with_the_name_of_a_shipped_scenario_is_named(self, dwmr, tmp_path):
         (tmp_path / "undisturbed.toml").write_text('extends = "undisturbed"\n', encoding="utf-8")

@@ -15,18 +15,18 @@ gives it none. Of a law as text it is the same text with its param PART set to 0
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, LawSettings, SmcSettings
 from dwmr.control.rule_files import LAWS
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Rules
 
-#: The gains of the shipped laws in a scenario.
-SHIPPED: dict[str, type[LawSettings]] = {"aifqsmc": AifqsmcSettings, "fcafsmc": FcafsmcSettings, "smc": SmcSettings}
+#: The complete laws of the paper.
+PAPER = ("aifqsmc", "fcafsmc", "smc")
 _WITHOUT = "_without_"
 #: The shipped ablations.
 _ABLATIONS = tuple(f"aifqsmc{_WITHOUT}{part}" for part in ("adaptation", "immunity", "layer"))
@@ -55,13 +55,12 @@ def shipped_file(name: str) -> str:
     return LAWS[base(name)]
 
 
-def table(tables: Any, law: str) -> tuple[str, Any]:
+def table(tables: Mapping[str, Any], law: str) -> tuple[str, Any]:
     """Return name and content of the table a law has its gains from, of a robot's `controllers`; None without one.
 
     An ablation without a table has that of the law it is taken from.
     """
-    content = getattr(tables, law, None)
-    return (law, content) if content is not None else (base(law), getattr(tables, base(law), None))
+    return (law, tables[law]) if law in tables else (base(law), tables.get(base(law)))
 
 
 def group(name: str) -> tuple[str, ...]:
@@ -72,7 +71,7 @@ def group(name: str) -> tuple[str, ...]:
             each beside the law it is taken from; or the name of one law.
     """
     if name == "all":
-        return tuple(SHIPPED)
+        return PAPER
     if name == "ablations":
         return tuple(dict.fromkeys(one for n in names() if base(n) != n for one in (base(n), n)))
     return (name,)
@@ -104,8 +103,7 @@ def find(name: str, folder: Path, rules: Rules) -> Any:
         from dwmr.control.laws import text_law
 
         law = base(name)
-        settings = SHIPPED.get(law, text_law.TextSettings)
-        return text_law.TextLaw(name, zeroed(name), LAWS.get(law, f"{law}.fz"), settings, rules)
+        return text_law.TextLaw(name, zeroed(name), LAWS.get(law, f"{law}.fz"), rules)
     if _is_file(base(name), ".fz", folder):
         message = f"the control law {name} is in two files, {path.name} and {base(name)}.fz"
         raise DiagnosticError([Diagnostic("FZ905", message, help="rename one of them", file=str(path))])

@@ -6,22 +6,13 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from pydantic import ConfigDict, Field
-
 from dwmr.control import law_text
-from dwmr.control.laws.settings import LawSettings
+from dwmr.control.laws.settings import LawSettings, TextSettings
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Rules
     from dwmr.core import interfaces
-
-
-class TextSettings(LawSettings):
-    """Gains of a user's law that is text: values for its params, by name."""
-
-    model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
-    __pydantic_extra__: dict[str, float] = Field(init=False)
 
 
 class TextLaw:
@@ -31,14 +22,14 @@ class TextLaw:
         name: Name of the law.
         part: Name of the param that is 0 in an ablation, else an empty string.
         file: Name of the rule file.
-        settings: Type of its gains in a scenario.
         rules: Rule files of the scenario.
     """
 
     FAULTS: Mapping[int, str] = {}
+    Settings = TextSettings
 
-    def __init__(self, name: str, part: str, file: str, settings: type[LawSettings], rules: Rules) -> None:
-        self.name, self.Settings = name, settings
+    def __init__(self, name: str, part: str, file: str, rules: Rules) -> None:
+        self.name = name
         self._part, self._rules, self._file = part, rules, file
 
     @cached_property
@@ -89,21 +80,19 @@ class TextLaw:
             DiagnosticError: When a rule file has mistakes, does not fit its role, or breaks a guarantee; for gains that
                 the law does not have.
         """
-        settings.prove(rules, robot)
         rules.prove_law(self.assembled, self.values(settings, robot), f"robot {robot}")
 
     def init(self, settings: LawSettings, rules: Rules, robot: str) -> interfaces.Law:
         """Prepare the law for one robot; its gains are the last states.
 
         Raises:
-            DiagnosticError: As `prove` does, but for claims of the law itself, which take longer.
+            DiagnosticError: For gains that the law does not have.
         """
         import numpy as np
 
         from dwmr.core import jit
         from dwmr.core.interfaces import Law
 
-        settings.prove(rules, robot)
         step = self.assembled.step("numba" if jit.COMPILED else "python")
         values, outputs = self.values(settings, robot), len(step.output_names)
         state = np.concatenate([np.zeros(outputs), self.assembled.start(values)])
@@ -123,5 +112,7 @@ class TextLaw:
             raise DiagnosticError(unknown)
         values, wrong = self.assembled.values(gains)
         if wrong:
-            raise DiagnosticError([files.wrong_gain(self.name, robot, name, why) for name, why in wrong.items()])
+            mistakes = [files.wrong_gain(self.name, robot, n, why) for n, why in wrong.items() if n in gains]
+            mistakes += [m for n, why in wrong.items() if n not in gains for m in self._rules.wrong_params(n, why)]
+            raise DiagnosticError(mistakes or [files.wrong_gain(self.name, robot, *one) for one in wrong.items()])
         return values
