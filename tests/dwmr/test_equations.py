@@ -1,13 +1,13 @@
 """Every equation of the paper is found by its number: in a source of the code, and in the table of the explanation.
 
-Sources are those of functions, and of the control laws that are text.
+Sources are those of functions, and of the control laws and rule files.
 """
 
 import ast
 import re
 from pathlib import Path
 
-from tests.shipped import LAWS
+from tests.shipped import LAWS, SYSTEMS
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "apps" / "dwmr"
@@ -39,7 +39,7 @@ def numbers(text):
 
 
 def sources():
-    """Return the equations by module.function, from Source sections, and by file and controller of the laws."""
+    """Return the equations by module.function, from Source sections, and by file and name of the rule files."""
     found = {}
     for path in sorted(PACKAGE.rglob("*.py")):
         module = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
@@ -47,8 +47,9 @@ def sources():
             text = (ast.get_docstring(node) or "") if isinstance(node, ast.FunctionDef) else ""
             if "Source:" in text:
                 found.setdefault(f"{module}.{node.name}", set()).update(numbers(text.split("Source:")[1]))
-    for path in LAWS:
-        for name, source in re.findall(r'^controller (\w+).*\nsource "(.*)"$', path.read_text(encoding="utf-8"), re.M):
+    line = re.compile(r'^(?:controller|system) (\w+).*\nsource "(.*)"$', re.MULTILINE)
+    for path in (*LAWS, *SYSTEMS):
+        for name, source in line.findall(path.read_text(encoding="utf-8")):
             found[f"rules/{path.name}: {name}"] = numbers(source)
     return found
 

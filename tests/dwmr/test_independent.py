@@ -7,6 +7,7 @@ one control period to the next; the fuzzy systems are evaluated rule by rule fro
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -130,7 +131,7 @@ class Formation:
     def command(self, error, i, dt):
         """Eqs. (9), (11)-(13), (19)-(22): the velocities asked for, and the gains after the period."""
         x_e, y_e, theta_e, a_x, a_y, a_theta = error
-        g = self.robots[i].controllers.aifqsmc
+        g = SimpleNamespace(**self.robots[i].controllers["aifqsmc"])
         jacobian = np.array([[g.lambda_1, 0.0, 0.0], [0.0, g.lambda_2, g.lambda_3]])
         b = jacobian @ [[-1.0, y_e], [0.0, -(self.robots[i].d + x_e)], [0.0, -1.0]]
         sigma = b.T @ jacobian @ [x_e, y_e, theta_e]

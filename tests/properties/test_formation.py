@@ -178,7 +178,7 @@ def bands(file, trajectory, late, name):
     |σ*_ω| comes below e_ω / (P + G_min/0.05), and λ2 y_e + λ3 θ*_e = (λ1 y_e σ_v − σ*_ω) / D.
     """
     robot, dt, i = file.scenario.robots[name], file.scenario.run.dt, trajectory.robots.index(name)
-    gains = robot.controllers.aifqsmc
+    gains = robot.controllers["aifqsmc"]
     v, omega = (np.abs(trajectory[one][late, i]).max() for one in ("v", "omega"))
     a, alpha = (np.abs(np.diff(trajectory[one][late, i])).max() / dt for one in ("v", "omega"))
     x_e, y_e = (np.abs(trajectory[one][late, i]).max() for one in ("x_e", "y_e"))
@@ -187,10 +187,10 @@ def bands(file, trajectory, late, name):
     torque = friction.coulomb_torque + friction.viscous_torque * omega
     e_v = (a + force / robot.mass + offset * omega**2) / robot.inner_loop.k_p_v
     e_omega = (alpha + (torque + robot.mass * offset * v * omega) / robot.inertia) / robot.inner_loop.k_p_omega
-    least = gains.p_v + file.scenario.rules["ais_reaction"].params["G_min"] / 0.05
-    x_band = (e_v + 2.0 * y_e * e_omega) / (gains.lambda_1**2 * least)
-    least_d = gains.lambda_2 * (robot.d - x_e) + gains.lambda_3
-    return x_band, (e_omega / least + gains.lambda_1**2 * y_e * x_e) / least_d
+    least = gains["p_v"] + file.scenario.rules["ais_reaction"].params["G_min"] / 0.05
+    x_band = (e_v + 2.0 * y_e * e_omega) / (gains["lambda_1"] ** 2 * least)
+    least_d = gains["lambda_2"] * (robot.d - x_e) + gains["lambda_3"]
+    return x_band, (e_omega / least + gains["lambda_1"] ** 2 * y_e * x_e) / least_d
 
 
 class TestConvergence:
@@ -222,11 +222,11 @@ class TestConvergence:
             i = trajectory.robots.index(name)
             x_e, y_e = (trajectory[one][late, i] for one in ("x_e", "y_e"))
             theta_e = wrap_array((trajectory["theta_r_star"] - trajectory["theta"])[late, i])
-            gains = file.scenario.robots[name].controllers.aifqsmc
+            gains = file.scenario.robots[name].controllers["aifqsmc"]
             assert x_band < 0.15
             assert surface_band < 0.12
             assert np.abs(x_e).max() <= x_band
-            assert np.abs(gains.lambda_2 * y_e + gains.lambda_3 * theta_e).max() <= surface_band
+            assert np.abs(gains["lambda_2"] * y_e + gains["lambda_3"] * theta_e).max() <= surface_band
             # measured: the gain is far above its least value
             assert max(np.abs(x_e).max(), np.abs(y_e).max()) <= 0.02
 

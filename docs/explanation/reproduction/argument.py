@@ -89,19 +89,19 @@ def channels(run: Any, scenario: Any) -> list[list[Channel]]:
     signals, rows = lyapunov.signals(run, scenario), []
     for i, name in enumerate(run.robots):
         robot = scenario.robots[name]
-        law = robot.controllers.aifqsmc
+        gains = robot.controllers["aifqsmc"]
         slopes = (
-            np.full(len(run.t), law.lambda_1**2),
-            (law.lambda_2 * (robot.d + run["x_e"][:, i]) + law.lambda_3) ** 2,
+            np.full(len(run.t), gains["lambda_1"] ** 2),
+            (gains["lambda_2"] * (robot.d + run["x_e"][:, i]) + gains["lambda_3"]) ** 2,
         )
         pair = []
         for key, b in zip(("v", "omega"), slopes, strict=True):
             sigma = run[f"sigma_{key}"][:, i]
-            push = signals[f"switching_{key}"][:, i] + getattr(law, f"p_{key}") * sigma
+            push = signals[f"switching_{key}"][:, i] + gains[f"p_{key}"] * sigma
             d = np.diff(sigma) / np.diff(run.t) / b[:-1] + push[:-1]
             parts = (run[f"{part}_{key}"][:, i] for part in ("beta", "k_h", "g_ais"))
             avoiding = run["obstacle"][:, i] >= 0
-            epsilon = getattr(law, f"epsilon_{key}")
+            epsilon = gains[f"epsilon_{key}"]
             pair.append(Channel(sigma, *parts, signals[f"d_0_{key}"][:, i], d, b[:-1], epsilon, avoiding))
         rows.append(pair)
     return rows

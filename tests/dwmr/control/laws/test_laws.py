@@ -102,7 +102,7 @@ class TestNames:
 
     def test_an_ablation_has_the_gains_of_its_law_unless_the_scenario_gives_it_its_own(self):
         tables = read(find("paper-with-limits")).scenario.robots["leader"].controllers
-        usual = tables.aifqsmc.model_dump(exclude_none=True) | {"lambda_1": 1.0}
+        usual = tables["aifqsmc"] | {"lambda_1": 1.0}
         overrides = [f"robot.controllers.aifqsmc_without_layer.{key}={value}" for key, value in usual.items()]
         for name, slope in (("aifqsmc_without_layer", 1.0), ("aifqsmc_without_adaptation", 0.5)):
             found = run("paper-with-limits", name, "run.horizon=0.01", *overrides)
