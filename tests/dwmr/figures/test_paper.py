@@ -193,7 +193,7 @@ class TestContent:
             commanded, sigma = trajectory[f"{channel}_c"][:, i], trajectory[f"sigma_{channel}"][:, i]
             error = commanded - trajectory[channel][:, i] - trajectory[f"d_{channel}"][:, i]
             if number == 9:
-                portion = -getattr(gains.smc, f"g_{channel}") * np.sign(sigma)
+                portion = -gains["smc"][f"g_{channel}"] * np.sign(sigma)
             elif number == 18:
                 inside = np.clip(sigma / trajectory[f"beta_{channel}"][:, i], -1.0, 1.0)
                 portion = -trajectory[f"g_ais_{channel}"][:, i] * inside
