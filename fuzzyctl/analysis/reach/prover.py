@@ -26,6 +26,7 @@ from fuzzyctl.model.loop import Always, Loop, Stable
 from fuzzyctl.simulation.dead_times import kept_samples
 from fuzzyctl.simulation.equations import Chip, on_chip, with_any_noise
 from fuzzyctl.simulation.expansion import loop_equations
+from fuzzyctl.simulation.families import why_not_alike
 from fuzzyctl.simulation.judgement import KEPT, Requirement, loosened
 from fuzzyctl.simulation.loop_params import starts_of
 from fuzzyctl.simulation.members import (
@@ -187,14 +188,15 @@ class LoopProver:
             reason = f"in double precision, with the noise of its seeds, a member breaks it: {refuted.note}"
             return Undecided(refuted.claim, reason, span=claim.span)
         if position not in self._verdicts:
-            if self._unsuited:
-                self._verdicts[position] = Undecided(guarantee_text(claim), self._unsuited)
+            if reason := self._unsuited or why_not_alike(self.loop, claim):
+                self._verdicts[position] = Undecided(guarantee_text(claim), reason)
             elif isinstance(claim, Stable):
                 self._verdicts[position] = self._stable()
             elif claim.forever:
                 self._verdicts[position] = self._forever(claim)
             else:
                 asked = {k: c for k, c in enumerate(self.own) if k not in self._refuted}
+                asked = {k: c for k, c in asked.items() if not why_not_alike(self.loop, c)}
                 finite = {k: c for k, c in asked.items() if isinstance(c, Always) and not c.forever}
                 self._verdicts |= dict(zip(finite, self._for_a_time(list(finite.values())), strict=True))
         verdict = self._verdicts[position]

@@ -275,3 +275,19 @@ def test_the_error_of_a_run_refutes_nothing():
     )
     looking = prover.LoopProver(loop, 2.0)
     assert [isinstance(looking.verdict(c), Refuted) for c in loop.guarantees] == [False, False, True]
+
+
+def test_ranges_and_times_that_differ_between_members_prove_nothing():
+    """They would be those of the nominal member."""
+    head = "param a in [0, 9] = 1"
+    for line, claims in (
+        ("for p.x in [0, a]", ["p.y <= 1.5", "p.y >= -1"]),
+        ("for p.x in [0, 1]", ["p.y <= 2.5 from a", "p.y <= 9", "p.y >= 0.9 until a", "p.y <= 1.9 within a"]),
+    ):
+        lines = [head, "for a in [0.5, 2]", line, *(f"require always {c}" for c in claims), "run 3 s step 0.5 s"]
+        expected = [c == "p.y <= 9" for c in claims]
+        assert proofs(alone("der x = 1", *lines)) == expected
+        looking = prover.LoopProver(alone("der x = 1", *lines), 10.0)
+        looking.__dict__["_refuted"] = {}
+        reasons = [v.reason for v in map(looking.verdict, looking.own) if not isinstance(v, Proved)]
+        assert all(r.startswith("'a' cannot vary in a proof: ") for r in reasons)
