@@ -130,6 +130,8 @@ class LoopProver:
         self.own = loop.guarantees
         #: Enclosure of the outputs of the plants for the claims decided so far; None before the first.
         self.tube: Tube | None = None
+        #: `NAME=VALUE` by which the loop differs from that of its file.
+        self.settings: Sequence[str] = ()
         self._verdicts: dict[int, Verdict] = {}
 
     @cached_property
@@ -262,7 +264,7 @@ class LoopProver:
     def _refutation(self, position: int, member: Member, requirement: Requirement) -> Refuted:
         claim = self.own[position]
         note = ", ".join(requirement.facts)
-        note += f"; fuzzyctl simulate {replayed(member)} shows it" if member else ""
+        note += f"; fuzzyctl simulate {replay} shows it" if (replay := replayed(member, self.settings)) else ""
         return Refuted(guarantee_text(claim), Witness(dict(member), ()), span=claim.span, note=note)
 
     def _for_a_time(self, claims: Sequence[Always]) -> list[Verdict]:
