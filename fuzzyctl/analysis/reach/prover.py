@@ -23,7 +23,7 @@ from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import Always, Loop, Stable
-from fuzzyctl.simulation.dead_times import kept_samples
+from fuzzyctl.simulation.dead_times import kept_samples, without_idle_samples
 from fuzzyctl.simulation.equations import Chip, on_chip, with_any_noise
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.families import why_not_alike
@@ -160,16 +160,11 @@ class LoopProver:
         loop = self.loop
         if math.isfinite(end):
             loop = replace(loop, duration=Number(math.ceil(end / step - ALIGNED) * step))
-        equations = kept_samples(loop_equations(loop, conditions, params))
+        equations = without_idle_samples(loop, conditions, params)
         if isinstance(equations, str):
             raise DomainError(equations)
-        periods = [c.period for c in loop.controllers]
-        if loop.step is not None and not equations.given and periods and None not in periods:
-            # Nothing happens at samples between those of the controllers, unless a dead time ends there.
-            coarse = kept_samples(loop_equations(replace(loop, step=None), conditions, params))
-            equations = equations if isinstance(coarse, str) else coarse
-            if equations.samples - 1 < end / equations.step - ALIGNED < math.inf:
-                equations = replace(equations, samples=equations.samples + 1)
+        if equations.samples - 1 < end / equations.step - ALIGNED < math.inf:
+            equations = replace(equations, samples=equations.samples + 1)
         equations = with_any_noise(on_chip(equations, self.chip.blocks if self.chip else {}), self.noise)
         columns = np.zeros((equations.samples, 0))
         if equations.given:
