@@ -8,7 +8,7 @@ from itertools import pairwise, product, zip_longest
 from typing import Any
 BITS, SLABS, ONE, MINUS = 96, 12, 1 << 96, [-1 << 96, 0]  # binary digits after the point; slabs of a table; 1; -1
 WORK = [0, 10**9]  # the work so far, and the most that a file may cause
-def need(condition: Any, text: str, work: int = 0) -> None:  # all that is checked is checked here
+def need(condition: Any, text: str, work: int = 0) -> Any:  # all that is checked is checked here; returns nothing
     WORK[0] += work
     if not condition or WORK[0] > WORK[1]: raise AssertionError("too much work" if condition else text)
 def say(line: str) -> None: print(line) if line.isprintable() else need(False, "a text has control characters")
@@ -18,12 +18,12 @@ def number(x: Any, cut: bool = False) -> Any:  # of the file; from 2^-43 on all 
     need(cut or 2**BITS % x.as_integer_ratio()[1] == 0, f"{x!r:.40} is no multiple of 2^-{BITS}")
     return (x.as_integer_ratio()[0] << BITS) // x.as_integer_ratio()[1]
 hinted = partial(number, cut=True)  # hints may be anything
-def ends(a: list[int]) -> tuple[int, int]: return a[0] - sum(map(abs, a[1:])), a[0] + sum(map(abs, a[1:]))
+def ends(a: Any) -> Any: return need(True, "", 20 + len(a)) or (a[0] - (r := sum(map(abs, a[1:]))), a[0] + r)
 def between(low: int, high: int) -> list[int]:  # all numbers from low to high
     need(low <= high, "a range is empty")
     return [(low + high) >> 1, high - ((low + high) >> 1)]
 def enclosed(low: Any, high: Any) -> list[int]: return between(hinted(low), -hinted(-high))  # ends are cut outward
-def add(a: list[int], b: list[int]) -> list[int]: return [x + y for x, y in zip_longest(a, b, fillvalue=0)]  # exact
+def add(a: Any, b: Any) -> Any: return need(True, "", len(a + b)) or [x + y for x, y in zip_longest(a, b, fillvalue=0)]
 def minus(a: list[int], b: list[int]) -> list[int]: return add(a, times(b, MINUS))
 def total(forms: Any) -> list[int]: return reduce(add, forms, [0, 0])
 def times(a: list[int], b: list[int]) -> list[int]:  # e e lies in [0, 1] = 1/2 + [-1/2, 1/2], e f in [-1, 1]
@@ -31,7 +31,7 @@ def times(a: list[int], b: list[int]) -> list[int]:  # e e lies in [0, 1] = 1/2 
     both, ra, rb = [x * y for x, y in zip(a[2:], b[2:])], sum(map(abs, a[1:])), sum(map(abs, b[1:]))
     r = abs(a[0]) * b[1] + abs(b[0]) * a[1] + ra * rb - sum(map(abs, both)) // 2
     g = [(a[0] * y + b[0] * x) >> BITS for x, y in zip_longest(a[2:], b[2:], fillvalue=0)]
-    need(abs(a[0]) + ra + abs(b[0]) + rb < ONE << 200, "numbers become too large", 20 + len(g))
+    need(abs(a[0]) + ra + abs(b[0]) + rb < ONE << 200, "numbers become too large", 40 + 8 * len(g))
     return [(2 * a[0] * b[0] + sum(both)) >> (BITS + 1), (r >> BITS) + len(g) + 3, *g]  # each shift drops below a unit
 def wave(signs: tuple[int, ...], x: int) -> int:  # the sum of signs[n % 4] x^n / n!, wrong by less than a unit
     need(abs(x) < 16 * ONE, "the argument of sin, cos or exp is beyond 16", 400)
@@ -41,13 +41,12 @@ def wave(signs: tuple[int, ...], x: int) -> int:  # the sum of signs[n % 4] x^n 
 EXP, SIN, COS, NEG = (partial(wave, s) for s in ((1, 1, 1, 1), (0, 1, 0, -1), (1, 0, -1, 0), (0, -1, 0, 1)))
 FUNCTIONS: dict[str, Any] = {"exp": (EXP, EXP), "sin": (SIN, COS), "cos": (COS, NEG), "abs": (abs, abs),  # value, slope
     "inverse": (lambda m: ONE**2 // m, lambda m: -(ONE**3 // m**2)),  # at m, wrong by less than 2 units each
-    "sqrt": (lambda m: math.isqrt(m << BITS), lambda m: math.isqrt(ONE**3 // (4 * m)))}
+    "sqrt": (lambda m: math.isqrt(max(m, 0) << BITS), lambda m: math.isqrt(ONE**3 // (4 * m)))}  # 0 for negative m
 def applied(name: str, a: list[int]) -> list[int]:  # f(x) = f(m) + s (x - m) + rest; m is the middle of the range
     (low, high), (value, slope), m = ends(a), FUNCTIONS[name], a[0]
-    low, r = max(low, 0) if name == "sqrt" else low, high - m  # the root of a negative number counts as 0
     need(m > 0 if name == "sqrt" else name != "inverse" or low > 0 or high < 0, f"{name} of a set that holds 0")
-    f, s = value(m), (abs(high) - abs(low)) * ONE // max(high - low, 1) if name == "abs" else slope(m)
-    # exp, sqrt, 1/x are convex or concave: the rest is 0 at m, largest at an end. |x| is straight but for a bend at 0.
+    f, s, r = value(m), (abs(high) - abs(low)) * ONE // max(high - low, 1) if name == "abs" else slope(m), high - m
+    # exp, sqrt, 1/x are convex or concave: the rest is 0 at m, largest at an end. |x| and the root bend at 0.
     rest = [0, *(value(x) - f - (s * (x - m) >> BITS) for x in (low, min(max(low, 0), high), high))]
     if name in ("sin", "cos"): rest = [-(r * r >> BITS) // 2 - 1, (r * r >> BITS) // 2 + 1]  # |f''| <= 1
     return total((times([0, *a[1:]], [s, 0]), [f, 9 + (r >> (BITS - 1))], between(min(rest), max(rest))))
@@ -67,7 +66,7 @@ def tabulated(table: Any, inputs: Any, hint: Any) -> list[int]:  # a plane plus 
             least = max(y + (min(s * a, s * b) >> BITS) for s, y, _ in bound)
             most = min(y + (max(s * a, s * b) >> BITS) + 1 for s, _, y in bound)
             axes.append([least, most, *(y for y in k if least < y < most)] if least <= most else [])
-        need(True, "", 50 * len(knots[0]) * math.prod(map(len, axes)))
+        need(True, "", 20 * sum(len(k) << i for i, k in enumerate(knots)) * (1 + math.prod(map(len, axes))))
         for p in product(*axes):  # between knots the table less the plane is linear in each input: extreme at corners
             rest.append(looked_up(knots, values, p) - sum(s * (x - y[0]) >> BITS for s, x, y in zip(slopes, p, inputs)))
     plane = total(times([0, *y[1:]], [s, 0]) for s, y in zip(slopes, inputs, strict=True))
@@ -90,7 +89,8 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         need(all(self.nodes[i] == ["state", i] for i in range(len(self.rates))), "the first nodes are not the states")
         self.period, self.params = number(data["period"]), len(data["params"])
         self.claims = [(t, c, hinted(a), math.inf if b is None else -hinted(-b)) for t, c, a, b in data["claims"]]
-        need(self.claims and all(c and t.isprintable() for t, c, *_ in self.claims), "a claim has no clauses or text")
+        need(self.period > 0 and self.claims, "no period, or no claims")
+        need(all(c and t.isprintable() and max(a, 0) <= b for t, c, a, b in self.claims), "an unreadable, empty claim")
         self.noise = [enclosed(*pair) for pair in data["disturbances"]]
     def series(self, inputs: Any, seeds: Any = None, hints: Any = ()) -> Any:  # Taylor coefficients in time, of node i
         @cache
@@ -100,7 +100,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             if op == "+": return add(v(rest[0], k), v(rest[1], k))
             if op == "*": return folded(rest[0], rest[1], k, range(k + 1))
             if op == "const": return [0, 0] if k else enclosed(*rest, *rest)
-            if op == "error": return [0, hinted(*rest) + 1]
+            if op == "error": return [0, sum(enclosed(0, *rest))]
             if op == "table": return tabulated(self.tables[rest[0]], [v(j) for j in rest[1:]], hinted(hints[str(i)]))
             if op in FUNCTIONS and not k: return applied(op, v(rest[0]))
             if op in ("exp", "sin", "cos"):  # y' = slope x', so that k y[k] = sum of j x[j] slope[k - j]
@@ -138,7 +138,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             results = [[add(rows[i], [0, apart[i]]) for i in n] for rows in results]
         return *results, add([begin, 0], time)
     def show(self, due: Any, inputs: Any, a: int, b: int) -> None:  # the claims about times from a to b, in periods
-        v, WORK[0] = self.series(inputs), WORK[0] + len(due)
+        v, WORK[0] = self.series(inputs), WORK[0] + 10 * len(due)
         for text, clauses, _, _ in (c for c in due if a <= c[3] and (b > c[2] or a == b == c[2])):
             holds = all(any(ends(v(i))[0] >= (mark == 1) for i, mark in clause) for clause in clauses)  # 1: above 0
             need(holds, f"'{text:.99}' is not shown from sample {a / ONE:.9g} on")
@@ -164,7 +164,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
                 self.show(due, inputs | keyed(state=over) | {("time",): time}, j * ONE // m, -(-(j + 1) * ONE // m))
             rows, slack = [*x, *(v(i) for i in self.next)], [0] * len(rows)
             columns = columns_of(rows, p)  # each error is a new symbol
-            need(True, "", len(columns) * len(rows) + len(ranges) * m)
+            need(len(columns) * len(self.nodes) < 10**7, "too many symbols", len(columns) * len(rows) + len(ranges) * m)
             if "set" in hint:  # but for those of the params and some others they lie in a parallelotope and some slack
                 (basis, inverse, slack), keep = hinted(hint["set"]), [*range(p), *hint["keep"]]
                 cover([c for i, c in enumerate(columns) if i not in keep], basis, inverse, slack, f"set {k} is small")

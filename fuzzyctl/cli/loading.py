@@ -50,8 +50,9 @@ class Choice:
         Raises:
             DiagnosticError: For mistakes of the block then; they come from the command line, not from the file.
         """
-        values = assignments(self.settings, block.settable, "param")
-        if values:
+        if block.kind == "loop":
+            block = cast("AnyBlock", settings_of(self.settings, [cast("Loop", block)])[0])
+        elif values := assignments(self.settings, block.settable, "param"):
             try:
                 block = block.with_params(**values)
             except DiagnosticError as error:
@@ -62,6 +63,16 @@ class Choice:
         """Return the same with the settings of some params only."""
         settings = tuple(t for t in self.settings if t.partition("=")[0].strip() in names)
         return replace(self, settings=settings)
+
+
+def settable(block: Block) -> list[str]:
+    """Return the names that `--set` takes for a block: of a loop those of its blocks, and starts of states, too."""
+    if block.kind != "loop":
+        return block.settable
+    from fuzzyctl.simulation.loop_params import short_names
+
+    loop = cast("Loop", block)
+    return [*short_names(loop), *loop.instance_params]
 
 
 def blamed(error: DiagnosticError, settings: Sequence[str]) -> DiagnosticError:
@@ -175,7 +186,7 @@ def open_blocks(file: str, choice: Choice, *, hints: bool = True) -> Opened:
 
     examined, diagnostics = _without_errors(file, hints=hints)
     blocks = examined.blocks if choice.name is None else (chosen(examined, choice.name, Block),)
-    names = [b.settable for b in blocks]
+    names = [settable(b) if choice.settings else [] for b in blocks]
     assignments(choice.settings, list(dict.fromkeys(chain.from_iterable(names))), "param")
     changed = (choice.of_params(params).changed(b) for b, params in zip(blocks, names, strict=True))
     return Opened(examined, tuple(changed), diagnostics)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fuzzyctl.cli.common import DONE, FAILED, QUIET, UNDECIDED, answers_with_diagnostics, assignments, show
-from fuzzyctl.cli.loading import Choice, analysed, chooses, claim_reports, examined_file, settings_of
+from fuzzyctl.cli.loading import Choice, analysed, chooses, claim_reports, examined_file, settable, settings_of
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
@@ -61,7 +61,9 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     if choice.name is not None or not any(map(examined.of, kinds)):
         chosen(examined, choice.name, *kinds)
     loops = [loop for loop in examined.loops if choice.name in (None, loop.name)]
-    _known_settings(examined, loops, choice)
+    if choice.settings:
+        names = (settable(block) for block in examined.blocks)
+        assignments(choice.settings, list(dict.fromkeys(chain.from_iterable(names))), "param")
     diagnostics = list(reported)
     until = clock.now() + max(PAGE_SECONDS - (clock.used() - began), LEAST_SECONDS)
     sections = [
@@ -77,21 +79,6 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     if any(d.severity == "error" for d in diagnostics):
         return FAILED
     return UNDECIDED if any(d.code == "FZ402" for d in diagnostics) else DONE
-
-
-def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> None:
-    """Refuse settings of no block.
-
-    Raises:
-        DiagnosticError: For names that no block has, and values that are not numbers.
-    """
-    if not choice.settings:
-        return
-    from fuzzyctl.simulation.loop_params import short_names
-
-    names = (block.settable for block in examined.blocks)
-    of_loops = (name for loop in loops for name in (*short_names(loop), *loop.instance_params))
-    assignments(choice.settings, list(dict.fromkeys([*chain.from_iterable(names), *of_loops])), "param")
 
 
 def _sections(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], until: float) -> Iterator[Section]:
@@ -150,12 +137,10 @@ def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> I
     from fuzzyctl.analysis.verdicts import Refuted
     from fuzzyctl.page.blocks import loop_data
     from fuzzyctl.page.document import Section
-    from fuzzyctl.simulation.loop_params import short_names
     from fuzzyctl.simulation.simulate import simulate, warnings
 
     for loop in loops:
-        part = choice.of_params([*short_names(loop), *loop.instance_params])
-        changed = settings_of(part.settings, [loop])[0]
+        changed = settings_of(choice.of_params(settable(loop)).settings, [loop])[0]
         run = simulate(changed, record_calls=True)
         diagnostics += [*(_unmet(run) if run.stopped is None else [run.stopped]), *warnings(run)]
         proofs = _proofs(changed) if run.stopped is None else None

@@ -29,7 +29,16 @@ from fuzzyctl.cli.common import (
     report,
     show,
 )
-from fuzzyctl.cli.loading import Choice, Opened, chooses, content_of, load_checked, open_block, open_blocks
+from fuzzyctl.cli.loading import (
+    Choice,
+    Opened,
+    chooses,
+    content_of,
+    load_checked,
+    open_block,
+    open_blocks,
+    settable,
+)  # fmt: skip
 from fuzzyctl.cli.progress import status_line
 from fuzzyctl.cli.streams import INTERRUPTED, say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -73,8 +82,9 @@ class Proof:
 
 @dataclass(frozen=True)
 class _Setting:
-    """How the loop that is proved differs from the one that runs: the format of fixed point, the range of noise."""
+    """How the loop that is proved differs from that of the file: params, the format of fixed point, range of noise."""
 
+    choice: Choice
     form: Format | None = None
     noise: float | None = None
 
@@ -144,7 +154,7 @@ def prove(
     _require_options(files, tube, certificate, loop_option, bounds=bounds)
     if bounds:
         return print_bounds(files[0], choice, 4.0 if timeout is None else timeout, form)
-    setting = _Setting(None if fixed is None else _fixed_format(fixed), noise)
+    setting = _Setting(choice, None if fixed is None else _fixed_format(fixed), noise)
     timeout = 10.0 if timeout is None else timeout
     proofs: list[Proof] = []
     mistakes: list[Diagnostic] = []
@@ -169,7 +179,7 @@ def prove(
         show(mistakes)
         say(f"interrupted{': ' if proofs else ''}{_summary(proofs)}", err=True)
         sys.exit(INTERRUPTED)
-    lacking = {} if certificate is None or mistakes else _write_certificate(certificate, proofs, choice)
+    lacking = {} if certificate is None or mistakes else _write_certificate(certificate, proofs)
     if form == "json":
         data = _as_data(proofs, mistakes)
         write_json(data if certificate is None else data | {"certificate": {"file": certificate, "without": lacking}})
@@ -217,7 +227,7 @@ def _require_options(
         raise click.UsageError(f"--certificate {certificate}: this file is read, or holds the tube")
 
 
-def _write_certificate(path: str, proofs: Sequence[Proof], choice: Choice) -> dict[str, str]:
+def _write_certificate(path: str, proofs: Sequence[Proof]) -> dict[str, str]:
     """Write the certificate of all proved claims of loops; return why claims are not in it.
 
     Raises:
@@ -233,7 +243,7 @@ def _write_certificate(path: str, proofs: Sequence[Proof], choice: Choice) -> di
         if proof.block.kind != "loop":
             continue
         claims = [c for c, v in zip(proof.prover.own, proof.verdicts, strict=True) if isinstance(v, Proved)]
-        certified, reasons = certificate_of(proof.prover, claims, choice.settings)
+        certified, reasons = certificate_of(proof.prover, claims)
         parts += certified
         lacking |= reasons
     if parts:
@@ -276,6 +286,8 @@ def verify(file: str, source: str | None) -> int:
         block = open_blocks(source, Choice(tuple(part["settings"]), part["loop"]), hints=False).blocks[0]
         if not (isinstance(block, Loop) and is_of(part, block)):
             raise click.ClickException(f"{file} is about another loop than '{block.name}' of {source}")
+        if part["settings"]:
+            say(f"'{block.name}' of {source} is proved with {' '.join(f'--set {s}' for s in part['settings'])}")
     return DONE
 
 
@@ -334,6 +346,7 @@ def _prove(proof: Proof, timeout: float, tell: Callable[[str], None] | None, set
 
             chip = chip_of(proof.block, str(setting.form))
         proof.prover = prover_of(proof.block, timeout, chip=chip, noise=setting.noise)
+        proof.prover.settings = setting.choice.of_params(settable(proof.block)).settings
     else:
         proof.prover = prover_of(proof.block, timeout)
     prover = proof.prover

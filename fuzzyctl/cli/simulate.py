@@ -160,7 +160,7 @@ class _Corners:
         """Return the options that run the first member that breaks a claim."""
         from fuzzyctl.simulation.members import replayed
 
-        return " ".join([*(f"--set {text}" for text in self.settings), replayed(one.member)])
+        return replayed(one.member, self.settings)
 
     def text(self, label: str) -> Iterator[str]:
         """Yield the lines of a report."""

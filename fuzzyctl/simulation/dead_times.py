@@ -10,10 +10,11 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.expr import Name
+from fuzzyctl.expr import Expr, Name, names_in
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation, KeptState, feedthrough
-from fuzzyctl.model.loop import TIME
+from fuzzyctl.model.loop import TIME, Loop
 from fuzzyctl.simulation.equations import LoopEquations, needs
+from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.sample_times import MOST_KEPT
 
 #: Parts of a step at which delayed signals are looked up: begin, middle, end, and a quarter. Signals that vary within
@@ -132,6 +133,27 @@ def kept_samples(equations: LoopEquations) -> LoopEquations | str:
     delayed = {d.name for d in equations.delays}
     return replace(equations, body=(*values, *equations.body), states=tuple(states), updates=tuple(updates), delays=(),
                    held=equations.held | delayed)  # fmt: skip
+
+
+def without_idle_samples(loop: Loop, conditions: Sequence[Expr], free: Sequence[str]) -> LoopEquations | str:
+    """Return the same of a loop at the samples of its controllers only, if nothing happens at the others.
+
+    A dead time may end at another one, noise changes there, and a state of a controller is seen to have changed.
+
+    Args:
+        loop: The loop.
+        conditions: What is claimed, `#0`, `#1` and so on of the signals.
+        free: Params that are arguments.
+    """
+    equations = kept_samples(loop_equations(loop, conditions, free))
+    periods = [c.period for c in loop.controllers]
+    if isinstance(equations, str) or loop.step is None or equations.given or not periods or None in periods:
+        return equations
+    states = {s.name for s in equations.states}
+    if any(n.name in states for c in conditions for n in names_in(c)):
+        return equations
+    coarse = kept_samples(loop_equations(replace(loop, step=None), conditions, free))
+    return equations if isinstance(coarse, str) else coarse
 
 
 def _jumps(equations: LoopEquations, ratios: Sequence[float]) -> list[float]:

@@ -8,13 +8,13 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.expr import span_of
-from fuzzyctl.model.block import Bounds, Param, ParamValues
+from fuzzyctl.model.block import Bounds, Guarantee, Param, ParamValues
 from fuzzyctl.model.checks.blocks import computed, ends_of
 from fuzzyctl.model.checks.terms import inside
 from fuzzyctl.model.controller import State
 from fuzzyctl.model.loop import Always, Disturbance, Loop, Varied
 from fuzzyctl.model.shared_params import with_values
-from fuzzyctl.simulation.loop_params import timing_params
+from fuzzyctl.simulation.loop_params import names_behind, timing_params
 
 #: Most numbers in which the members of a family differ.
 MOST_VARIED: Final = 12
@@ -131,3 +131,14 @@ def _times(claim: Always, params: ParamValues, duration: float) -> Iterator[Diag
         message = f"the claim ends at {end:g} s, and the run ends at {duration:g} s"
         facts = ("'prove' judges it beyond the run, 'simulate' does not",)
         yield Diagnostic("FZ214", message, span_of(claim.end), "warning", facts, "lengthen the 'run' line")
+
+
+def why_not_alike(loop: Loop, claim: Guarantee) -> str:
+    """Return why members of a family differ in its ranges, or in the times of a claim; an empty text if none does."""
+    ranges = [(f"the range of '{name}'", (b.lower, b.upper)) for name, b in loop.family.items()]
+    times = (claim.begin, claim.end, claim.within) if isinstance(claim, Always) else ()
+    for what, values in (*ranges, ("a time or the tolerance of the claim", times)):
+        names = names_behind(loop.params, [e for e in values if e is not None])
+        if moving := [v.name for v in loop.varied if v.name in names]:
+            return f"'{moving[0]}' cannot vary in a proof: {what} depends on it"
+    return ""

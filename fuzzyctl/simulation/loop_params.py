@@ -65,20 +65,20 @@ def all_settable(loop: Loop) -> dict[str, float]:
 
 def timing_params(loop: Loop) -> set[str]:
     """Return the full names of the params that the duration, the step and the periods of controllers depend on."""
-    needed = _depends(loop.params, [e for e in (loop.duration, loop.step) if e is not None])
+    needed = names_behind(loop.params, [e for e in (loop.duration, loop.step) if e is not None])
     names: set[str] = set()
     for instance in loop.instances:
         block = blocks_of(loop)[instance.controller]
         if block.period is None:
             continue
         settings = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
-        in_block = _depends([p for p in block.params if p.name not in settings], [block.period])
+        in_block = names_behind([p for p in block.params if p.name not in settings], [block.period])
         names |= {f"{instance.name}.{name}" for name in in_block}
-        needed |= _depends(loop.params, [settings[name] for name in in_block if name in settings])
+        needed |= names_behind(loop.params, [settings[name] for name in in_block if name in settings])
     return names | needed
 
 
-def _depends(params: Sequence[Param], values: Sequence[Expr]) -> set[str]:
+def names_behind(params: Sequence[Param], values: Sequence[Expr]) -> set[str]:
     """Return the names that expressions use, themselves or through params."""
     expressions = {p.name: p.expression for p in params}
     names: set[str] = set()

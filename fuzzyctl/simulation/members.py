@@ -156,9 +156,9 @@ def broken(members: Sequence[Member], runs: Iterable[Run]) -> list[Broken]:
     return list(results.values())
 
 
-def replayed(member: Member) -> str:
-    """Return the options of `fuzzyctl simulate` that run a member."""
-    return " ".join(f"--set {name}={value!r}" for name, value in member.items())
+def replayed(member: Member, settings: Sequence[str] = ()) -> str:
+    """Return the options of `fuzzyctl simulate` that run a member, of a loop with settings by `NAME=VALUE`."""
+    return " ".join(f"--set {text}" for text in (*settings, *(f"{n}={value!r}" for n, value in member.items())))
 
 
 @dataclass(frozen=True, eq=False)

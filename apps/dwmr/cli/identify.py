@@ -27,6 +27,11 @@ if TYPE_CHECKING:
     from dwmr.scenario.model import Scenario
 
 
+#: Repairs of a log.
+_LOG = "log a differential drive under commands that change by large steps, and its velocities, without long gaps"
+_UNITS = "write v and v_c in m/s, omega and omega_c in rad/s, with the same signs"
+
+
 @click.command(context_settings={"show_default": True})
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("--scenario", default="paper", metavar="SCENARIO", help="Scenario of the robots; values start from it.")
@@ -65,7 +70,7 @@ def _identified(path: Path, scenario: Scenario) -> dict[str, Identified]:
         DiagnosticError: With the mistakes of the log.
     """
     from dwmr.results import logs
-    from dwmr.results.identification import identify, obstacle_to
+    from dwmr.results.identification import UnexplainedError, identify, obstacle_to
     from dwmr.scenario.vehicle_limits import others
 
     with stages() as begin:
@@ -76,9 +81,15 @@ def _identified(path: Path, scenario: Scenario) -> dict[str, Identified]:
             name: "only a differential drive can be identified" for name in others(scenario) if name in by_robot
         }
         if any(reasons.values()):
-            raise DiagnosticError([logs.mistake(path, f"{name}: {why}") for name, why in reasons.items() if why])
+            raise DiagnosticError([logs.mistake(path, f"{name}: {why}", _LOG) for name, why in reasons.items() if why])
         show(warnings)
-        return {name: identify(one, scenario, name, begin(f"fitting {name}", 0)) for name, one in by_robot.items()}
+        identified = {}
+        for name, one in by_robot.items():
+            try:
+                identified[name] = identify(one, scenario, name, begin(f"fitting {name}", 0))
+            except UnexplainedError as error:
+                raise DiagnosticError([logs.mistake(path, f"{name}: {error}", _UNITS)]) from None
+        return identified
 
 
 def _toml(

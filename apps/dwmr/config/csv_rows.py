@@ -126,10 +126,11 @@ class _Reader:
         self._unknown = set[str]()
         names = [cell.strip() for cell in line.split(",")]
         heads = {c: next((h for h in (*c.heads, c.name) if h in names), None) for c in form.columns}
-        if missing := [c.name for c, head in heads.items() if head is None and c.is_required]:
-            message = f"the first line names no column {', '.join(missing)}"
+        if missing := [c for c, head in heads.items() if head is None and c.is_required]:
+            message = f"the first line names no column {', '.join(c.name for c in missing)}"
             facts = (f"its columns are {', '.join(n or '(blank)' for n in names[:10])}",)
-            hint = did_you_mean(missing[0], tuple(n for n in names if n)) or form.help
+            facts += tuple(f"other names of {c.name}: {', '.join(c.heads)}" for c in missing if c.heads)
+            hint = did_you_mean(missing[0].name, tuple({*names} - {"", *heads.values()})) or form.help
             raise DiagnosticError([place(source, form.code, number, message, facts, hint)])
         if twice := [head for head in heads.values() if head is not None and names.count(head) > 1]:
             message = f"the first line names column {twice[0]} twice"
@@ -168,11 +169,11 @@ class _Reader:
         """Yield a mistake if the time of a row is not later than that of the one before, and drop this time."""
         name, group = self._form.columns[0].name, next((v for v in values.values() if isinstance(v, str)), "")
         before = self._times.get(group, -math.inf)
+        self._times[group] = values.get(name, before)  # also an earlier one: one mistake where a clock is set back
         if name in values and not values[name] - before >= SHORTEST_STEP:
             of, now = f" of {group}" if group else "", values.pop(name)
             message = f"column {name}: {now:.15g}{of} comes after {before:.15g}"
             yield self._at(number, f"{message}; times must increase by {SHORTEST_STEP:g} s", self.columns[0][1])
-        self._times[group] = values.get(name, before)
 
     def _at(self, number: int, message: str, column: int | None = None, help: str = "") -> Diagnostic:
         return place(self._source, self._form.code, number, message, help=help, column=column)

@@ -77,6 +77,8 @@ _PAPERS = {
     13: " Table 13: AIFQSMC in Gazebo, whose robots have bodies and sensors; here they are what the scenario says.",
 }
 
+#: Residuals of an identification beyond this multiple of the noise are reported; correlated noise reaches 2 to 4 [-].
+_LARGEST_EXCESS = 5.0
 #: An adaptive gain that exceeds its floor by this factor is reported [-].
 WOUND_UP = 10.0
 
@@ -278,6 +280,9 @@ def print_identified(out: Console, identified: Mapping[str, Identified]) -> None
             f"which widens the intervals {math.sqrt((1.0 + one.correlation) / (1.0 - one.correlation)):.2f} times.",
             style="dim", highlight=False,
         )  # fmt: skip
+        if one.excess > _LARGEST_EXCESS:
+            text = f"a residual is {one.excess:.1f} times the noise of the log: robot and plant differ in ways that "
+            out.print("[yellow]warning:[/] ", text, "the intervals do not include", sep="", highlight=False)
         for row in one.estimates:
             if row.why:
                 out.print(f"{row.key} is not determined: {row.why}", highlight=False)

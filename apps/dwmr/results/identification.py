@@ -16,7 +16,7 @@ from dwmr.core.arrays import FloatArray
 from dwmr.core.jit import compiled
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import State, advance, pd_torques, slewed
-from dwmr.results.logs import Log
+from dwmr.results.logs import VELOCITIES, Log
 from dwmr.results.metrics import rmse
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.periods import records
@@ -112,6 +112,7 @@ class Identified:
         residuals: Root mean squares of the remaining errors of v and omega [m/s, rad/s].
         before: The same with the scenario's own parameters.
         correlation: Of a residual with the one of the sample before, the larger of both signals.
+        excess: Largest ratio of a residual to the noise from sample to sample, at least a thousandth of a signal.
     """
 
     estimates: tuple[Estimate, ...]
@@ -119,6 +120,11 @@ class Identified:
     residuals: tuple[float, float]
     before: tuple[float, float]
     correlation: float
+    excess: float
+
+
+class UnexplainedError(Exception):
+    """Raised for a log that no values of the parameters explain."""
 
 
 @compiled
@@ -161,6 +167,8 @@ def obstacle_to(log: Log) -> str:
         return f"its first command comes at {log.command_t[0]:.6g} s"
     if not np.ptp(log.commands, axis=0).any():
         return "its commands never change"
+    if not any(np.ptp(log.signals[name][a:b]) for name in VELOCITIES for a, b in _parts(log)):
+        return "its velocities never change"
     return ""
 
 
@@ -240,6 +248,9 @@ def identify(
         robot: Name of the robot.
         report: Called with the number of simulations done.
 
+    Raises:
+        UnexplainedError: If the search ends beyond all numbers.
+
     Source:
         Output-error identification with intervals from the Jacobian: Ljung, System Identification, 2nd ed., 1999,
         section 9.6; an autocorrelation ρ widens their squares by (1 + ρ)/(1 − ρ).
@@ -258,8 +269,9 @@ class _Search:
     def __init__(self, replica: Replica, report: Callable[[int], object]) -> None:
         self._replica, self._report, self._done = replica, report, 0
         second = np.diff(replica.measured, n=2, axis=0)
-        noise = np.median(np.abs(second), axis=0) / (0.6745 * math.sqrt(6.0))
-        self._weights = 1.0 / np.maximum(noise, 1e-6 * np.ptp(replica.measured, axis=0) + 1e-12)
+        noise, size = np.median(np.abs(second), axis=0) / (0.6745 * math.sqrt(6.0)), np.ptp(replica.measured, axis=0)
+        self._weights = 1.0 / np.maximum(noise, 1e-6 * size + 1e-12)
+        self._noise = np.maximum(noise, 1e-3 * size + 1e-6)
         pairs = [(replica.start[key], replica.scales[key]) for key in _KEYS]
         self._start = np.array([one / scale if scale else math.log(one) for one, scale in pairs])
 
@@ -273,6 +285,8 @@ class _Search:
             residuals = self._errors(z)
             correlation = self._correlation(residuals)
             jacobian = self._jacobian(z, free) / math.sqrt((1.0 + correlation) / (1.0 - correlation))
+            if not (np.isfinite(jacobian).all() and np.isfinite(residuals).all()):
+                raise UnexplainedError("no mass, friction and drives lead from its commands to its velocities")
             _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
             roots = directions / np.maximum(singular, 1e-9)[:, None]  # their products are the covariances
             errors, numbers = np.linalg.norm(roots, axis=0), np.flatnonzero(free)
@@ -296,7 +310,8 @@ class _Search:
             for p, value, low, high, start in zip(PARAMETERS, *finite, strict=True)
         )
         left, right, old_left, old_right = (rmse(one) for one in (*residuals.T, *before.T))
-        return Identified(estimates, len(residuals), (left, right), (old_left, old_right), correlation)
+        excess = max(left / self._noise[0], right / self._noise[1])
+        return Identified(estimates, len(residuals), (left, right), (old_left, old_right), correlation, float(excess))
 
     def _best(self) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return the best of some searches and its free parameters; from a short lag some end at a local minimum."""

@@ -490,14 +490,13 @@ def _plane(table: Any, inputs: list[list[int]]) -> list[list[float]]:
 
 
 def certificate_of(
-    prover: LoopProver, proved: Sequence[Always | Stable], settings: Sequence[str] = ()
+    prover: LoopProver, proved: Sequence[Always | Stable]
 ) -> tuple[list[dict[str, Any]], dict[str, str]]:
     """Return the certificates of proved claims of a loop, and by claim why it has none.
 
     Args:
         prover: Of the loop.
         proved: Claims in its `own` that are proved.
-        settings: `NAME=VALUE` for params that differ from those of the file.
     """
     groups: list[list[Always]] = [[c for c in proved if isinstance(c, Always) and not c.forever]]
     groups += [[c] for c in proved if isinstance(c, Always) and c.forever]
@@ -505,7 +504,7 @@ def certificate_of(
     parts = []
     for claims in filter(None, groups):
         try:
-            parts.append(_source(prover.loop, claims, settings) | _certified(prover, claims))
+            parts.append(_source(prover.loop, claims, prover.settings) | _certified(prover, claims))
         except (NoCertificateError, AssertionError) as error:
             reasons |= {guarantee_text(c): str(error) for c in claims}
         except RecursionError:
@@ -525,9 +524,12 @@ def _source(item: LoopBlock, claims: Sequence[Always | Stable], settings: Sequen
 def is_of(part: dict[str, Any], loop: LoopBlock) -> bool:
     """Return whether the equations, ranges and claims of a part of a certificate are those of a loop."""
     prover = LoopProver(loop, 0.0)
-    lines = {f"require {guarantee_text(c)}": c for c in prover.own if isinstance(c, Always)}
-    claims = [claim for text, claim in lines.items() if text in part["lines"]]
-    problem = _problem(prover, claims)[0] if claims else {"claims": None}
+    lines, claims = [*part["lines"]], list[Always]()
+    for claim in prover.own:  # a file may have a line twice
+        if isinstance(claim, Always) and (text := f"require {guarantee_text(claim)}") in lines:
+            lines.remove(text)
+            claims.append(claim)
+    problem = _problem(prover, claims)[0] if claims and not lines else {"claims": None}
     return bool(json.loads(json.dumps(problem)) == {key: part[key] for key in problem})
 
 

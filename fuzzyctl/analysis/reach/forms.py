@@ -28,6 +28,8 @@ _SUM: Final = 8 * 2.0**-53
 _PRODUCT: Final = 32 * 2.0**-53
 #: Relative error of a library function.
 _LIBRARY: Final = 16 * 2.0**-53
+#: Most points that take the place of a box.
+_MOST_CORNERS: Final = 32
 #: Above all that underflows.
 _TINY: Final = 1e-300
 
@@ -87,6 +89,34 @@ def corners(box: Form) -> Form:
     # Not the middles beside the ends: a side without width has one.
     points = np.unique(np.where(picks, high, low), axis=0)
     return np.stack([points, np.zeros_like(points)], -1)
+
+
+def hull_points(points: Form) -> Form:
+    """Return points whose convex hull holds that of others, shape (points, sides, 2), fewer if possible."""
+    low, high = ends(points)
+    box = interval(low.min(0), high.max(0))
+    order = np.unique(points[..., 0], axis=0, return_index=True)[1]
+    used = np.flatnonzero(np.ptp(points[..., 0], axis=0) > 0.0)
+    if len(used) == 2:
+        x, y = points[order][:, used, 0].T
+        outline: set[int] = set()
+        for turn in (1.0, -1.0):  # the lower and the upper half, from left to right
+            half: list[int] = []
+            for k in range(len(x)):
+                while len(half) > 1 and turn * _turn(x, y, half[-2], half[-1], k) <= 0.0:
+                    half.pop()
+                half.append(k)
+            outline |= set(half)
+        order = order[sorted(outline)]
+        # A point that is left out for rounding alone lies that near to the hull.
+        points = points.copy()
+        points[..., 1] += 1e-12 * np.abs(points[..., 0]).max(0)
+    return corners(box) if len(order) > max(2 ** len(used), _MOST_CORNERS) else points[order]
+
+
+def _turn(x: Form, y: Form, a: int, b: int, c: int) -> float:
+    """Return twice the area of a triangle, positive if it turns to the left."""
+    return float((x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a]))
 
 
 def hulled(a: Form) -> Form:

@@ -23,9 +23,10 @@ from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import Always, Loop, Stable
-from fuzzyctl.simulation.dead_times import kept_samples
+from fuzzyctl.simulation.dead_times import kept_samples, without_idle_samples
 from fuzzyctl.simulation.equations import Chip, on_chip, with_any_noise
 from fuzzyctl.simulation.expansion import loop_equations
+from fuzzyctl.simulation.families import why_not_alike
 from fuzzyctl.simulation.judgement import KEPT, Requirement, loosened
 from fuzzyctl.simulation.loop_params import starts_of
 from fuzzyctl.simulation.members import (
@@ -129,6 +130,8 @@ class LoopProver:
         self.own = loop.guarantees
         #: Enclosure of the outputs of the plants for the claims decided so far; None before the first.
         self.tube: Tube | None = None
+        #: `NAME=VALUE` by which the loop differs from that of its file.
+        self.settings: Sequence[str] = ()
         self._verdicts: dict[int, Verdict] = {}
 
     @cached_property
@@ -157,16 +160,11 @@ class LoopProver:
         loop = self.loop
         if math.isfinite(end):
             loop = replace(loop, duration=Number(math.ceil(end / step - ALIGNED) * step))
-        equations = kept_samples(loop_equations(loop, conditions, params))
+        equations = without_idle_samples(loop, conditions, params)
         if isinstance(equations, str):
             raise DomainError(equations)
-        periods = [c.period for c in loop.controllers]
-        if loop.step is not None and not equations.given and periods and None not in periods:
-            # Nothing happens at samples between those of the controllers, unless a dead time ends there.
-            coarse = kept_samples(loop_equations(replace(loop, step=None), conditions, params))
-            equations = equations if isinstance(coarse, str) else coarse
-            if equations.samples - 1 < end / equations.step - ALIGNED < math.inf:
-                equations = replace(equations, samples=equations.samples + 1)
+        if equations.samples - 1 < end / equations.step - ALIGNED < math.inf:
+            equations = replace(equations, samples=equations.samples + 1)
         equations = with_any_noise(on_chip(equations, self.chip.blocks if self.chip else {}), self.noise)
         columns = np.zeros((equations.samples, 0))
         if equations.given:
@@ -187,14 +185,15 @@ class LoopProver:
             reason = f"in double precision, with the noise of its seeds, a member breaks it: {refuted.note}"
             return Undecided(refuted.claim, reason, span=claim.span)
         if position not in self._verdicts:
-            if self._unsuited:
-                self._verdicts[position] = Undecided(guarantee_text(claim), self._unsuited)
+            if reason := self._unsuited or why_not_alike(self.loop, claim):
+                self._verdicts[position] = Undecided(guarantee_text(claim), reason)
             elif isinstance(claim, Stable):
                 self._verdicts[position] = self._stable()
             elif claim.forever:
                 self._verdicts[position] = self._forever(claim)
             else:
                 asked = {k: c for k, c in enumerate(self.own) if k not in self._refuted}
+                asked = {k: c for k, c in asked.items() if not why_not_alike(self.loop, c)}
                 finite = {k: c for k, c in asked.items() if isinstance(c, Always) and not c.forever}
                 self._verdicts |= dict(zip(finite, self._for_a_time(list(finite.values())), strict=True))
         verdict = self._verdicts[position]
@@ -260,7 +259,7 @@ class LoopProver:
     def _refutation(self, position: int, member: Member, requirement: Requirement) -> Refuted:
         claim = self.own[position]
         note = ", ".join(requirement.facts)
-        note += f"; fuzzyctl simulate {replayed(member)} shows it" if member else ""
+        note += f"; fuzzyctl simulate {replay} shows it" if (replay := replayed(member, self.settings)) else ""
         return Refuted(guarantee_text(claim), Witness(dict(member), ()), span=claim.span, note=note)
 
     def _for_a_time(self, claims: Sequence[Always]) -> list[Verdict]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from itertools import combinations, product
 from typing import Final, NamedTuple
@@ -54,6 +55,12 @@ class SystemSurface:
     @cached_property
     def _boxed(self) -> System:
         return System(self.system, self.plan)
+
+    @cached_property
+    def _without_else(self) -> System:
+        """The system without values where no rule fires."""
+        outputs = tuple(replace(o, otherwise=math.nan) for o in self.plan.outputs)
+        return System(self.system, replace(self.plan, outputs=outputs))
 
     def _of_table(self, table: Table, arguments: Sequence[Form], error: float) -> Value:
         assert self.grid is not None
@@ -161,8 +168,8 @@ class SystemSurface:
         rows = [self._coefficients(result.terms[e.term], inputs) for e in result.implied]
         if any(row is None for row in rows):
             return None
-        try:
-            self._enclosed(*self._cut([forms.hulled(as_form(a)) for a in inputs]), [output])
+        try:  # an `else` is no average
+            self._enclosed(*self._cut([forms.hulled(as_form(a)) for a in inputs]), [output], self._without_else)
         except DomainError:
             return None
         return np.stack([row for row in rows if row is not None])
@@ -292,7 +299,7 @@ class SystemSurface:
                     steep = np.moveaxis(np.tensordot(share, steep, (1, other)), 0, other)
             results[..., i, 0] = np.take(steep, cells[axis], axis)
             results[..., i, 1] = 64 * 2.0**-53 * np.abs(values).max() / max(float(lengths.min(initial=1.0)), 1e-300)
-        return _hull(results.reshape(-1, len(inputs), 2))
+        return forms.hull_points(results.reshape(-1, len(inputs), 2))
 
     @cached_property
     def _curved(self) -> list[int]:
@@ -321,17 +328,19 @@ class SystemSurface:
         met = _meets(sides, self._curved, low, high)
         return low[:, met], high[:, met]
 
-    def _enclosed(self, low: Form, high: Form, wanted: Sequence[int]) -> _Parts:
+    def _enclosed(self, low: Form, high: Form, wanted: Sequence[int], boxed: System | None = None) -> _Parts:
         """Return outputs over boxes; a box in which they may have no value is cut into parts.
 
         Args:
             low, high: Ends of the boxes, shape (inputs, boxes).
             wanted: Positions of the outputs.
+            boxed: The system without the values of its `else`, to take such a value for none.
 
         Raises:
             DomainError: If there may be a place without a value.
         """
-        done, most = list[_Parts](), self._boxed.batch
+        boxed = boxed or self._boxed
+        done, most = list[_Parts](), boxed.batch
         waiting = [(low, high, np.arange(low.shape[1]), _ROUNDS)]
         while waiting:
             low, high, origin, rounds = waiting.pop()
@@ -340,7 +349,7 @@ class SystemSurface:
                 continue
             count, centre = len(origin), 0.5 * (low + high)
             places = boxes(np.concatenate([low, centre], 1), np.concatenate([high, centre], 1))
-            results, gaps = self._boxed.evaluate(places, wanted, gaps=True, sparse=True)
+            results, gaps = boxed.evaluate(places, wanted, gaps=True, sparse=True)
             full = ~np.broadcast_to(gaps, 2 * count)[:count]
             nothing = np.zeros(count, bool)
             over = [e.taken(np.concatenate([full, nothing])) for e in results]
@@ -480,8 +489,6 @@ _MOST_PARTS: Final = 1024
 _ROUNDS: Final = 4
 #: Symbols along whose directions parts are tried that may not meet a set.
 _LINES: Final = 6
-#: Most gradients that take the place of a box.
-_MOST_CORNERS: Final = 32
 #: Slabs that a plane set is cut into.
 SLABS: Final = 12
 #: By which part of its size corners of a plane set may be misplaced by rounding.
@@ -510,34 +517,6 @@ def _over_slabs(values: Form, knots: Sequence[Form], sides: Sequence[Form]) -> t
         ]
         points = np.stack([m.reshape(-1) for m in np.meshgrid(*axes, indexing="ij")], -1)
     return points, _interpolated(values, knots, points)
-
-
-def _hull(points: Form) -> Form:
-    """Return points whose convex hull holds that of others, shape (points, sides, 2), fewer if possible."""
-    low, high = ends(points)
-    box = forms.interval(low.min(0), high.max(0))
-    order = np.unique(points[..., 0], axis=0, return_index=True)[1]
-    used = np.flatnonzero(np.ptp(points[..., 0], axis=0) > 0.0)
-    if len(used) == 2:
-        x, y = points[order][:, used, 0].T
-        outline: set[int] = set()
-        for turn in (1.0, -1.0):  # the lower and the upper half, from left to right
-            half: list[int] = []
-            for k in range(len(x)):
-                while len(half) > 1 and turn * _turn(x, y, half[-2], half[-1], k) <= 0.0:
-                    half.pop()
-                half.append(k)
-            outline |= set(half)
-        order = order[sorted(outline)]
-        # A point that is left out for rounding alone lies that near to the hull.
-        points = points.copy()
-        points[..., 1] += 1e-12 * np.abs(points[..., 0]).max(0)
-    return corners(box) if len(order) > max(2 ** len(used), _MOST_CORNERS) else points[order]
-
-
-def _turn(x: Form, y: Form, a: int, b: int, c: int) -> float:
-    """Return twice the area of a triangle, positive if it turns to the left."""
-    return float((x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a]))
 
 
 def _slabs(x: Form, y: Form, knots: Form) -> tuple[Form, Form, Form]:

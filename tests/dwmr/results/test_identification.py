@@ -1,9 +1,12 @@
 """Parameters of a robot from a log: exact without noise, within their intervals with it, and named if undetermined."""
 
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 
 from dwmr import Log, read
+from dwmr.results import identification
 from tests.bench import identification as study
 from tests.dwmr.process import here
 
@@ -60,15 +63,42 @@ def test_logs_that_identify_nothing_are_refused(tmp_path):
     steps = np.ones((200, 2)) * np.sign(t - 2.0)[:, None]
     for words, log in (
         ("its commands never change", Log(t, still, t, np.ones((200, 2)))),
+        ("its velocities never change", Log(t, still, t, steps)),
         ("no part without gaps is longer than 1 s", Log(t[:40], {k: v[:40] for k, v in still.items()}, t, steps[:40])),
     ):
         done = here("identify", csv_of(tmp_path / "log.csv", log), status=1)
         assert f"log.csv: error[FZ911]: leader: {words}" in done.stderr
+        assert "help: log a differential drive under commands that change" in done.stderr
     done = here("identify", tmp_path / "log.csv", "--scenario", "omnidirectional", status=1)
     assert "leader: only a differential drive can be identified" in done.stderr
     (tmp_path / "log.csv").write_text("t,robot,v,omega,v_c\n", encoding="utf-8")
     done = here("identify", tmp_path / "log.csv", "--format", "json", status=1)
     assert "names no column omega_c" in done.stdout
+
+
+def in_other_units(factor):
+    log = study.log_of(study.truth(), 3)
+    return Log(log.t, {"v": factor * log.signals["v"], "omega": log.signals["omega"]}, log.command_t, log.commands)
+
+
+def test_a_log_in_other_units_gets_a_message_and_no_traceback(tmp_path, monkeypatch):
+    with pytest.raises(identification.UnexplainedError, match="no mass, friction and drives lead"):
+        study.identified(in_other_units(1e9), study.scenario())
+    assert study.identified(in_other_units(1e3), study.scenario()).excess > 20.0
+    path = csv_of(tmp_path / "log.csv", in_other_units(1e3))
+    monkeypatch.setattr(identification, "identify", Mock(side_effect=identification.UnexplainedError("no mass")))
+    done = here("identify", path, status=1)
+    assert "log.csv: error[FZ911]: leader: no mass" in done.stderr
+    assert "help: write v and v_c in m/s" in done.stderr
+
+
+def test_residuals_above_the_noise_are_warned_of(tmp_path):
+    """The robot has another inner loop than the scenario."""
+    log = csv_of(tmp_path / "log.csv", study.log_of(study.truth(), 3))
+    done = here("identify", log, "--scenario", "paper-with-limits")
+    assert "times the noise of the log" in done.stdout
+    assert study.identified(study.log_of(study.truth(), 3), study.scenario()).excess < 1.5
+    assert study.identified(study.log_of(study.truth(), 3, correlation=0.6), study.scenario()).excess < 3.0
 
 
 def test_the_command_writes_a_scenario_with_the_values(tmp_path):

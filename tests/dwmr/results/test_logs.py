@@ -60,6 +60,18 @@ class TestCsv:
         (one,) = diagnostics(read_logs, path, paper, (*VELOCITIES, *COMMANDS))
         assert one.message == "the first line names no column v, omega, v_c, omega_c"
 
+    def test_a_clock_that_is_set_back_is_one_mistake(self, tmp_path, paper):
+        stamps = [0.0, 0.1, 0.2, 0.05, 0.06, 0.07, 0.3]
+        path = written(tmp_path, HEAD + "".join(f"{t},leader,0,0,0\n" for t in stamps))
+        (one,) = diagnostics(read_logs, path, paper, POSTURE)
+        assert one.message == "column t: 0.05 of leader comes after 0.2; times must increase by 1e-06 s"
+
+    def test_a_column_that_is_there_is_not_offered_for_another(self, tmp_path, paper):
+        path = written(tmp_path, "t,robot,v,omega,v_c\n")
+        (one,) = diagnostics(read_logs, path, paper, (*VELOCITIES, *COMMANDS))
+        assert one.facts[1] == "other names of omega_c: safe_omega, omega_cmd, cmd_omega, angular_cmd"
+        assert "did you mean" not in one.help
+
     def test_other_words_for_columns_and_clocks_that_count_from_1970(self, tmp_path, paper):
         text = "stamp,name,x,y,yaw,linear,yaw_rate,cmd_v,cmd_omega,battery\n"
         text += "".join(f"{1.7e9 + 0.1 * k:.1f},leader,{k},2,3,4,5,6,7,full\n" for k in range(4))

@@ -197,3 +197,21 @@ def test_where_there_is_not_one_tube_none_is_written(text, options, message, wri
     assert result.exit_code in (1, 2)
     assert message in result.stderr
     assert not list(tmp_path.glob("tube.*"))
+
+
+def test_params_of_blocks_that_are_set_are_those_of_the_loop(write):
+    """And the member that breaks a claim is replayed with them."""
+    simulate = runner("simulate")
+    text = "plant p\nparam A = 1\nstate x = 0.5\nder x = -A * x\noutput y = x\n"
+    text += "loop l\nblock p = p()\n{}run 1 s step 100 ms\n"
+    for family, replay in (("", ""), ("for p.x in [0.4, 0.5]\n", " --set p.x=0.4")):
+        path = write(text.format(family) + "require always p.y >= 0.1 until 0.5 s\n")
+        assert run(path).exit_code == 0
+        for name in ("A", "p.A"):
+            done = run(path, "--set", f"{name}=10")
+            assert done.exit_code == 1
+            options = f"--set {name}=10{replay}"
+            assert f"fuzzyctl simulate {options} shows it" in done.output
+            assert simulate(path, *options.split()).exit_code == 1
+    done = run(path, "--set", "B=10")
+    assert (done.exit_code, "no param 'B'" in done.stderr) == (2, True)

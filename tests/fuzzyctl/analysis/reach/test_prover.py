@@ -275,3 +275,50 @@ def test_the_error_of_a_run_refutes_nothing():
     )
     looking = prover.LoopProver(loop, 2.0)
     assert [isinstance(looking.verdict(c), Refuted) for c in loop.guarantees] == [False, False, True]
+
+
+def test_ranges_and_times_that_differ_between_members_prove_nothing():
+    """They would be those of the nominal member."""
+    head = "param a in [0, 9] = 1"
+    for line, claims in (
+        ("for p.x in [0, a]", ["p.y <= 1.5", "p.y >= -1"]),
+        ("for p.x in [0, 1]", ["p.y <= 2.5 from a", "p.y <= 9", "p.y >= 0.9 until a", "p.y <= 1.9 within a"]),
+    ):
+        lines = [head, "for a in [0.5, 2]", line, *(f"require always {c}" for c in claims), "run 3 s step 0.5 s"]
+        expected = [c == "p.y <= 9" for c in claims]
+        assert proofs(alone("der x = 1", *lines)) == expected
+        looking = prover.LoopProver(alone("der x = 1", *lines), 10.0)
+        looking.__dict__["_refuted"] = {}
+        reasons = [v.reason for v in map(looking.verdict, looking.own) if not isinstance(v, Proved)]
+        assert all(r.startswith("'a' cannot vary in a proof: ") for r in reasons)
+
+
+@pytest.mark.parametrize(("step", "limit", "proved"), [(0.05, 0.41, False), (0.05, 0.43, True), (0.2, 0.41, True)])
+def test_a_state_of_a_slow_controller_changes_at_the_next_sample_of_the_record(step, limit, proved):
+    """After its sample at 0.6 s it is 0.4287: seen at 0.65 s, or at 0.8 s."""
+    text = """
+controller law
+input y
+output u = -0.5 * y
+every 200 ms
+controller slow
+input y
+state z = 0
+next z = 0.7 * z + 0.3 * y
+output r = z
+every 600 ms
+plant p
+input u
+state x = 1
+der x = u
+output y = x
+loop l
+block slow = slow(p.y)
+block law = law(p.y)
+block p = p(law.u)
+for p.x in [0.9, 1]
+"""
+    loop = loop_of(text, f"run 1 s step {step} s", f"require always slow.z <= {limit} until 0.75 s")
+    assert proofs(loop) == [proved]
+    run = Experiment(with_settings(loop, {"p.x": 1.0}), "python").run()
+    assert (max(run["slow.z"][run.t <= 0.75]) <= limit) == proved

@@ -312,6 +312,32 @@ def test_a_state_that_leaves_its_range_is_not_stable():
     assert is_stable(text.format(-0.5) + "require stable\n")
 
 
+@pytest.mark.parametrize(("start", "true"), [(0.9, True), (3, False)])
+def test_a_model_whose_rules_end_is_stable_where_they_fire(start, true):
+    """Beyond 1 the output is 5, which no average of the rules is."""
+    text = f"""
+system ts
+defuzzifier weighted_average
+input x in [-9, 9]
+  Z = triangle(-1, 0, 1)
+output u in [-9, 9] else 5
+  L = linear(-2, 0)
+if x is Z then u is L
+plant p
+state x = 0
+let u = ts(x)
+der x = u
+output y = x
+loop l
+block p = p()
+for p.x in [-{start}, {start}]
+require stable
+run 1 s step 100 ms
+"""
+    loop = loads(text, block="l")
+    assert isinstance(LoopProver(loop, 2.0).verdict(loop.guarantees[0]), Proved) == true
+
+
 def test_a_ball_that_contracts_but_moves_is_not_enough():
     """Distances shrink below x = 2, but nothing is at rest: x grows without limit."""
     text = "plant p\nstate x = 0\nder x = 1 - 0.5 * x + x * x / {}\noutput y = x\nloop l\nblock p = p()\n"

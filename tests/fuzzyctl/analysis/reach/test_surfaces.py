@@ -148,6 +148,15 @@ def test_a_set_where_no_rule_may_fire_is_refused():
             SystemSurface(system)([np.array([[2.0, 0.02]])])
 
 
+def test_an_else_is_no_average_of_consequents_that_are_0_at_0():
+    text = "system s\ndefuzzifier weighted_average\ninput x in [-4, 4]\n  Z = triangle(-1, 0, 1)\n"
+    text += "output u in [-9, 9] else 5\n  L = linear(2, 0)\nif x is Z then u is L\n"
+    for row in ([[2.0, 0.1, 0.5]], [[0.5, 0.0, 1.0]], [[0.25, 0.0, 0.25]]):
+        check(loads(text), [np.array(row)], 0)
+        is_inside = row[0][0] < 0.5
+        assert (SystemSurface(loads(text)).rules([np.array(row)], 0) is not None) == is_inside
+
+
 @settings(max_examples=60)
 @given(
     data=st.data(), knots=st.lists(st.integers(-1500, 1500), max_size=4),
