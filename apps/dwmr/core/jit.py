@@ -98,8 +98,6 @@ def _jit(function: Function, *signatures: Any, checked: bool = False) -> Functio
     # atomic operation, took a third of the loop's time. Users' laws may allocate.
     inlined, model = not signatures, "python" if checked else "numpy"
     options = {"error_model": model, "forceinline": inlined, "boundscheck": checked, "_nrt": not inlined}
-    # Callers from Python unpack tuples and arrays, and callers from C need an address: neither calls private functions.
-    options |= {"no_cfunc_wrapper": inlined, "no_cpython_wrapper": inlined and function.__name__.startswith("_")}
     result = numba.njit(**options)(function)
     _FUNCTIONS.append(result)
     before = numba.config.CACHE_DIR
