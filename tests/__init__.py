@@ -1,4 +1,4 @@
-"""Tests: as in commands, one thread of BLAS, which is told before numpy is imported."""
+"""The tests; they use one thread of BLAS, as commands do, which numpy reads when it is imported."""
 
 import os
 
