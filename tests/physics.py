@@ -39,8 +39,8 @@ def shipped_names():
 
 
 def is_of_equations(name):
-    """Whether a shipped scenario runs without MuJoCo."""
-    return read(find(name)).scenario.run.plant == "equations"
+    """Whether a shipped scenario runs without MuJoCo; from its text, as this is asked when tests are collected."""
+    return 'plant = "mujoco"' not in find(name).read_text(encoding="utf-8")
 
 
 def shipped():

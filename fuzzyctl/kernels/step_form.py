@@ -29,7 +29,7 @@ from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.kernels.plan.free import free_plan
 from fuzzyctl.kernels.program import scalar
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
-from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program
+from fuzzyctl.kernels.program.program import NAN, STATE, Assign, Item, Program
 from fuzzyctl.kernels.program.traversal import embed, uses
 from fuzzyctl.model.checks.terms import has_computed_params, outside_ranges
 from fuzzyctl.model.controller import Controller
@@ -216,7 +216,18 @@ def step_program(equations: Equations, algorithm: str = "auto") -> Program:
     Its arguments are the inputs, and dt where the controller has no period; its results are the outputs, then the next
     state. Where an input is NaN the outputs are NaN, and the state stays as it is.
     """
-    return named_step(equations, lambda call: system_program(call, algorithm))[0]
+    return _tested_once(named_step(equations, lambda call: system_program(call, algorithm))[0])
+
+
+def _tested_once(program: Program) -> Program:
+    """Name the test for NaN that all results share: numba would compile each copy of it."""
+    tests = {r.condition for r in program.results if isinstance(r, Where)}
+    if len(program.results) == 1 or len(tests) != 1:
+        return program
+    body = (*program.body, Assign("lacks", numeric(*tests)))
+    is_missing = Compare("==", Name("lacks"), Number(1.0))
+    results = [Where(is_missing, r.then, r.otherwise) for r in program.results if isinstance(r, Where)]
+    return replace(program, body=body, results=tuple(results))
 
 
 def system_program(call: Evaluation, algorithm: str) -> Program:

@@ -12,7 +12,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from tests.bench import cores, coverage_methods, free_numbers, javascript, nan, optimisations, params, robots
-from tests.bench.trials import OPTIMISATIONS, SIZES, files
+from tests.bench.trials import OPTIMISATIONS, SIZES
 from tests.bench.workloads import WORKLOADS
 from tests.frozen.systems import SYSTEMS
 
@@ -81,7 +81,7 @@ class TestJavaScript:
 class TestOptimisations:
     #: Another text for each use, but for numbers that only `kernel.value` takes from a table.
     PRINTED = tuple(own for own in OPTIMISATIONS if own.name != "parameters")
-    TEXTS = (*(w.text for w in WORKLOADS), *SIZES.values(), *files(), *SYSTEMS.values())
+    TEXTS = (*(w.text for w in WORKLOADS), *SIZES.values(), *SYSTEMS.values())
 
     @pytest.mark.parametrize("optimisation", PRINTED, ids=lambda own: own.name)
     def test_each_is_switched_off(self, optimisation) -> None:

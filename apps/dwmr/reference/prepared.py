@@ -207,8 +207,12 @@ class Shape(NamedTuple):
 
     def at(self, t: float) -> Reference:
         """Return posture and velocity at a time [s]."""
+        return self.along([t])[0]
+
+    def along(self, times: Iterable[float]) -> list[Reference]:
+        """Return postures and velocities at times [s]."""
         with np.errstate(all="ignore"):  # as compiled: an overflow is infinite, and the run stops there
-            return CURVES[self.path](t, self.constants)
+            return [CURVES[self.path](t, self.constants) for t in times]
 
 
 def shape_of(

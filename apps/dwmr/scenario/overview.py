@@ -30,7 +30,7 @@ def facts(file: ScenarioFile, rules: Rules) -> dict[str, Any]:
     scenario = file.scenario
     span = file.shape.period if 0.0 < file.shape.period < scenario.run.horizon else scenario.run.horizon
     t = np.linspace(0.0, span, SAMPLES)
-    path = np.array([file.shape.at(float(one)) for one in t])
+    path = np.array(file.shape.along(t.tolist()))
     with np.errstate(all="ignore"):  # an overflow shows as infinite
         return _facts(file, rules, t, path)
 

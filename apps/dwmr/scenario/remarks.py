@@ -65,7 +65,8 @@ def too_slow(scenario: Scenario, shapes: Mapping[str, Shape], places: Places) ->
 def _along(shape: Shape, horizon: float) -> list[tuple[float, Reference]]:
     """Return times and references all along a path."""
     end = min(horizon, shape.end, shape.period or math.inf)
-    return [(t, shape.at(t)) for t in np.linspace(0.0, end, _PLACES, endpoint=False).tolist()]
+    times = np.linspace(0.0, end, _PLACES, endpoint=False).tolist()
+    return list(zip(times, shape.along(times), strict=True))
 
 
 def overlaps(circles: Sequence[tuple[float, float, float]]) -> Iterable[tuple[int, int, float]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -66,56 +66,61 @@ def vehicles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
             yield places.diagnostic("FZ904", key, message)
 
 
-class Bend(NamedTuple):
-    """Curvature of a path at one place.
+class Bends(NamedTuple):
+    """Curvature of a path at some places.
 
     Attributes:
-        t: Time [s].
-        x, y: Place [m].
+        t: Times, shape (n,) [s].
+        x, y: Places [m].
         curvature: Positive to the left [1/m].
     """
 
-    t: float
-    x: float
-    y: float
-    curvature: float
+    t: FloatArray
+    x: FloatArray
+    y: FloatArray
+    curvature: FloatArray
+
+    def at(self, places: Any) -> Bends:
+        """Return those at some places."""
+        return Bends(*(column[places] for column in self))
 
 
-def bends(scenario: Scenario, shape: Shape) -> list[Bend]:
-    """Return the curvature of the reference all along the run."""
+def bends(scenario: Scenario, shape: Shape) -> Bends:
+    """Return the curvature of the reference all along the run, where it is finite."""
     end = min(scenario.run.horizon, shape.end, shape.period or math.inf)
-    step = end / PLACES
-    curve = []
-    for t in np.linspace(0.0, end, PLACES + 1)[:-1].tolist():
-        here, there = shape.at(t), shape.at(t + _NEAR * step)
-        turned = math.remainder(there.theta - here.theta, 2.0 * math.pi)
-        curve.append(Bend(t, here.x, here.y, turned / (_NEAR * step * here.v)))
-    return curve
+    way = _NEAR * end / PLACES
+    t = np.linspace(0.0, end, PLACES + 1)[:-1]
+    x, y, theta, v, _ = np.transpose(shape.along(t.tolist()))
+    turned = np.transpose(shape.along((t + way).tolist()))[2] - theta
+    with np.errstate(all="ignore"):
+        turned -= 2.0 * math.pi * np.round(turned / (2.0 * math.pi))
+        curve = Bends(t, x, y, turned / (way * v))
+    return curve.at(np.isfinite(curve.curvature))
 
 
 def turning(scenario: Scenario, shapes: Mapping[str, Shape], places: Places) -> Iterable[Diagnostic]:
     """Refuse paths, and places in a formation, whose bends are closer, or change faster, than a car can be steered."""
     cars = {name: one for name, one in others(scenario).items() if isinstance(one, Ackermann)}
-    paths: dict[int, list[Bend]] = {}
+    paths: dict[int, Bends] = {}
     for name, car in cars.items():
         robot, robots = scenario.robots[name], way(scenario, name)
         shape = shapes[robots[0][0]]
         if id(shape) not in paths:
-            paths[id(shape)] = [one for one in bends(scenario, shape) if math.isfinite(one.curvature)]
+            paths[id(shape)] = bends(scenario, shape)
         along = paths[id(shape)]
-        curved = [one for one in along if one.curvature != 0.0]
-        if not curved:
+        if not along.curvature.any():
             continue
-        radii = [turn_radii(scenario, robots, 1.0 / one.curvature)[0] for one in curved]
-        k = min(range(len(radii)), key=np.round(radii, 6).__getitem__)  # the first one of a circle
+        with np.errstate(divide="ignore"):  # a straight part has an infinite radius
+            radii, axles = turn_radii(scenario, robots, 1.0 / along.curvature)
+            angles = np.arctan(car.wheelbase / axles)
+        k = int(np.argmin(np.round(radii, 6)))  # the first one of a circle
         if math.hypot(car.turning_radius, robot.d) > radii[k]:
-            yield _too_close(name, robot, car, curved[k], radii[k], places)
+            yield _too_close(name, robot, car, along.at(k), float(radii[k]), places)
             continue
-        angles = [math.atan(car.wheelbase * _axle_curvature(scenario, robots, one.curvature)) for one in along]
-        rates = np.abs(np.diff(angles)) / np.diff([one.t for one in along])
+        rates = np.abs(np.diff(angles)) / np.diff(along.t)
         if rates.max(initial=0.0) > car.steering_rate:
             k = int(rates.argmax())
-            yield _too_sudden(name, robot, car, along[k], float(rates[k]), places)
+            yield _too_sudden(name, robot, car, along.at(k), float(rates[k]), places)
 
 
 def curvature(scenario: Scenario, name: str, key: str, asked: float, places: Places) -> Iterable[Diagnostic]:
@@ -146,34 +151,26 @@ def curvature(scenario: Scenario, name: str, key: str, asked: float, places: Pla
 Way = Sequence[tuple[str, Edge | None]]
 
 
-def _axle_curvature(scenario: Scenario, robots: Way, curvature: float) -> float:
-    """Return the curvature of the way of a robot's axle while the formation turns, positive to the left [1/m]."""
-    return 1.0 / turn_radii(scenario, robots, 1.0 / curvature)[1] if curvature != 0.0 else 0.0
-
-
-def turn_radii(scenario: Scenario, robots: Way, radius: float) -> tuple[float, float]:
+def turn_radii(scenario: Scenario, robots: Way, radii: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the radii of a robot while the formation turns about one centre.
 
     Args:
         scenario: The formation.
         robots: The way to the robot.
-        radius: Of the reference, positive to the left [m].
+        radii: Of the reference, positive to the left, infinite where it is straight [m].
 
     Returns:
         Of its reference point, and of the middle of its axle, positive to the left [m].
     """
-    point, axle = abs(radius), radius
+    point, axle = np.abs(radii), radii
     for name, edge in robots:
         if edge is not None:
-            point = math.hypot(
-                edge.separation * math.cos(edge.bearing), axle - edge.separation * math.sin(edge.bearing)
-            )
-        left = point**2 - scenario.robots[name].d ** 2
-        axle = math.copysign(math.sqrt(max(0.0, left)), radius)
+            point = np.hypot(edge.separation * math.cos(edge.bearing), axle - edge.separation * math.sin(edge.bearing))
+        axle = np.copysign(np.sqrt(np.maximum(0.0, point**2 - scenario.robots[name].d ** 2)), radii)
     return point, axle
 
 
-def _too_close(name: str, robot: Robot, car: Ackermann, bend: Bend, radius: float, places: Places) -> Diagnostic:
+def _too_close(name: str, robot: Robot, car: Ackermann, bend: Bends, radius: float, places: Places) -> Diagnostic:
     least = math.hypot(car.turning_radius, robot.d)
     where = f"({bend.x:.4g}, {bend.y:.4g}) at t = {bend.t:.4g} s"
     path = "the path" if robot.formation is None else "its place in the formation"
@@ -196,7 +193,7 @@ def _too_close(name: str, robot: Robot, car: Ackermann, bend: Bend, radius: floa
     return places.diagnostic("FZ904", key, message, facts=facts, help=repair)
 
 
-def _too_sudden(name: str, robot: Robot, car: Ackermann, bend: Bend, rate: float, places: Places) -> Diagnostic:
+def _too_sudden(name: str, robot: Robot, car: Ackermann, bend: Bends, rate: float, places: Places) -> Diagnostic:
     path, repair = "the path", "widen or slow the path"
     if robot.formation is not None:
         path, repair = "its place in the formation", f"{repair}, or change the robot's separation and bearing"
