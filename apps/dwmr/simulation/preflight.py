@@ -17,7 +17,7 @@ from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
-from dwmr.control.laws.text_law import TextLaw, TextSettings
+from dwmr.control.laws.text_law import TextLaw
 from dwmr.control.rule_requirements import ROLES
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.mistakes import diagnose
@@ -192,8 +192,8 @@ def settings_of(file: ScenarioFile, robot: str, name: str, law: Any) -> LawSetti
     key = f"robots.{robot}.controllers.{table}"
     if isinstance(gains, LawSettings):
         return gains
-    if gains is None and law.Settings is TextSettings:
-        return TextSettings()  # its params have values in the text
+    if gains is None and not any(field.is_required() for field in law.Settings.model_fields.values()):
+        gains = {}  # all have values in the law
     if gains is None:
         message = f"{key} is missing: robot {robot} has no gains for {name}"
         raise DiagnosticError([file.places.diagnostic("FZ903", key, message)])

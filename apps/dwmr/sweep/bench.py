@@ -108,7 +108,7 @@ def gains_of(file: ScenarioFile, law: str, rules: Rules) -> dict[str, float]:
     values = settings.model_dump(exclude_none=True)
     if not values and hasattr(module, "values"):
         values = module.values(settings, robot)
-    return {name: float(one) for name, one in values.items() if one > 0.0}
+    return {name: float(one) for name, one in values.items() if one > 0.0 and not isinstance(one, int)}
 
 
 def candidates(start: Mapping[str, float], budget: int, seed: int, law: str) -> Generator[FloatArray, float, None]:

@@ -1,0 +1,110 @@
+"""The control law mpc beside do-mpc: the same problem, once solved by dwmr's law and once by do-mpc's controller.
+
+    python docs/explanation/laws/with_do_mpc.py
+
+runs scene.toml, which lies beside this file, under both and prints how far each robot is from its place. It takes
+about three minutes and needs do-mpc: pip install do-mpc. This file is itself the second law: a law in Python.
+"""
+
+import json
+from pathlib import Path
+
+import casadi as ca
+import do_mpc
+import numpy as np
+
+import dwmr
+from dwmr.control.laws import mpc
+from dwmr.control.laws.mpc import FAULTS, SIGNALS, Settings, step  # noqa: F401 - parts of a law
+from dwmr.core.interfaces import Law
+
+HERE = Path(__file__).parent
+
+
+def model():
+    """Return Eq. (6) as do-mpc's model, in continuous time, with the velocity of the place as parameters."""
+    made = do_mpc.model.Model("continuous", "SX")
+    x_e, y_e, turn = (made.set_variable("_x", name) for name in ("x_e", "y_e", "turn"))
+    v, omega = (made.set_variable("_u", name) for name in ("v", "omega"))
+    drift_x, drift_y, d = (made.set_variable("_p", name) for name in ("drift_x", "drift_y", "d"))
+    along = drift_x * ca.cos(turn) + drift_y * ca.sin(turn)
+    across = drift_y * ca.cos(turn) - drift_x * ca.sin(turn)
+    made.set_expression("along", along)
+    made.set_expression("across", across)
+    made.set_rhs("x_e", along - v + omega * y_e)
+    made.set_rhs("y_e", across - omega * (d + x_e))
+    made.set_rhs("turn", omega)
+    made.setup()
+    return made
+
+
+def controller(settings, period, robot):
+    """Return do-mpc's controller with the weights, horizon and limits of the law; it predicts by collocation."""
+    made = model()
+    found = do_mpc.controller.MPC(made)
+    found.settings.n_horizon, found.settings.t_step, found.settings.n_robust = settings.steps, period, 0
+    found.settings.store_full_solution = False
+    found.settings.supress_ipopt_output()
+    x, u, given = made.x, made.u, made.p
+    along, across = made.aux["along"], made.aux["across"]
+    # errors count at the beginning of each stage and at the end of the last one, in the law at the end of each stage
+    error = x["x_e"] ** 2 + settings.q_y * x["y_e"] ** 2
+    lost = ca.sqrt(given["drift_x"] ** 2 + given["drift_y"] ** 2) - along
+    stage = error + settings.q_theta * lost + settings.r_v * (u["v"] - along) ** 2
+    stage += settings.r_omega * (u["omega"] - across / given["d"]) ** 2
+    found.set_objective(mterm=error, lterm=stage)
+    found.set_rterm(v=0.0, omega=0.0)
+    for name, most in (("v", robot.v_limit), ("omega", robot.omega_limit)):
+        found.bounds["lower", "_u", name], found.bounds["upper", "_u", name] = -most, most
+    values = found.get_p_template(1)
+    found.set_p_fun(lambda _: values)
+    found.setup()
+    return found, values, ca.Function("cost", [found.opt_x, found.opt_p], [found.nlp_obj])
+
+
+def init(settings, rules, robot):
+    """Return the law for one robot: do-mpc makes its plans, and starts each from the one before."""
+    controllers = []
+
+    def plan(state, robot):
+        x_e, y_e, drift_x, drift_y, d, dt = state[4:]
+        first = not controllers
+        if first:
+            controllers.append(controller(settings, settings.every * dt, robot))
+        ((found, values, cost),) = controllers
+        values["_p", 0] = np.array([drift_x, drift_y, d])
+        start = np.array([[x_e], [y_e], [0.0]])
+        if first:
+            found.x0, found.u0 = start, np.array([[drift_x], [0.0]])
+            found.set_initial_guess()
+        state[:2] = found.make_step(start)[:, 0]
+        end = found.solver_stats
+        state[2], state[3] = (
+            float(cost(found.opt_x_num, found.opt_p_num)) - x_e**2 - settings.q_y * y_e**2,
+            end["iter_count"],
+        )
+        return 0 if end["success"] else len(FAULTS)
+
+    return Law(np.zeros(0), np.zeros(10), (), (), plan, settings.every)
+
+
+def differences():
+    """Return the root mean square distances of all robots from their places [m], and the cost of all plans, by law."""
+    file = dwmr.read(HERE / "scene.toml")
+    found = {}
+    for law in ("mpc", Path(__file__).stem):
+        run = dwmr.simulate(file, law)
+        assert run.stop is None, run.stop
+        distance = np.sqrt(np.mean(run["x_e"] ** 2 + run["y_e"] ** 2, axis=0))
+        every = mpc.Settings().every
+        found[law] = {
+            **{name: float(one) for name, one in zip(run.robots, distance, strict=True)},
+            "cost": float(run["cost"][1::every].sum()),
+            "v_c": float(np.abs(run["v_c"]).max()),
+            "omega_c": float(np.abs(run["omega_c"]).max()),
+        }
+    return found
+
+
+if __name__ == "__main__":
+    print(json.dumps(differences(), indent=2))
