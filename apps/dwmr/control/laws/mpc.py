@@ -26,13 +26,12 @@ SIGNALS = (
     Signal("cost", "m²", "cost of the plan"),
     Signal("iterations", "-", "iterations of the solver"),
 )
-_ENDS = (
-    "stopped at its limit of iterations",
-    "found the problem infeasible",
-    "met a number that is not finite",
-    "failed",
-)
-FAULTS = {k + 1: f"the solver of the predictive control {end}" for k, end in enumerate(_ENDS)}
+FAULTS = {
+    1: "the solver of the predictive control reached its limit of iterations",
+    2: "the solver of the predictive control found no feasible commands",
+    3: "the solver of the predictive control met a number that is not finite",
+    4: "the solver of the predictive control failed",
+}
 _STATUS = {"SOLVER_RET_LIMITED": 1, "SOLVER_RET_INFEASIBLE": 2, "SOLVER_RET_NAN": 3}
 
 #: Numbers in the state: commands, cost and iterations of the plan; then what the next plan starts from.
@@ -48,7 +47,7 @@ class Settings(LawSettings):
     )
     r_v: float = quantity("weight of the linear velocity's difference from the place's", "s²", gt=0, default=0.1)
     r_omega: float = quantity("weight of the angular velocity's difference", "m² s²/rad²", gt=0, default=0.01)
-    steps: int = Field(20, description="predicted steps", ge=1, le=200)
+    steps: int = Field(10, description="predicted steps", ge=1, le=200)
     every: int = Field(20, description="control periods in one step, and from one plan to the next", ge=1, le=10_000)
 
     def prove(self, rules: Rules, robot: str) -> None:
