@@ -185,7 +185,7 @@ class Periods:
         return sorted(set().union(*breaks))
 
     def _plan(self, reached: int) -> tuple[int, int, int]:
-        """Make the plans that are due before a period; return what `run_periods` returns."""
+        """Make the plans of the period before one; return a period, a robot and a fault as `run_periods` does."""
         for i, every, plan in self._plans:
             if reached > 0 and (reached - 1) % every == 0:
                 self.planning = i

@@ -233,22 +233,22 @@ def print_bench(out: Console, found: Sequence[Entry], budget: int, training: int
     )  # fmt: skip
 
 
-def conclusions(found: Sequence[Entry]) -> Iterator[str]:
+def conclusions(entries: Sequence[Entry]) -> Iterator[str]:
     """Yield which laws of one scenario have less error than the first one, which more, and which cannot be told apart.
 
     Args:
-        found: The entries of the scenario, those of the first law first.
+        entries: Those of the scenario, those of the first law first.
     """
-    first, *others = [one for one in found if one.measure == "error"]
+    first, *others = [one for one in entries if one.measure == "error"]
     groups: dict[str, list[Entry]] = {"less error": [], "more error": [], "no clear difference": []}
     for one in others:
         if one.low is not None and one.high is not None:
             groups["less error" if one.high < 0 else "more error" if one.low > 0 else "no clear difference"].append(one)
-    for words, entries in groups.items():
-        entries.sort(key=lambda one: one.difference or 0.0)
-        if entries:
+    for words, group in groups.items():
+        group.sort(key=lambda one: one.difference or 0.0)
+        if group:
             of = "from" if words.endswith("difference") else "than"
-            yield f"{words} {of} {first.controller}: {', '.join(one.controller for one in entries)}"
+            yield f"{words} {of} {first.controller}: {', '.join(one.controller for one in group)}"
 
 
 def _number(value: float | None, sign: str = "", digits: int = 3) -> str:

@@ -34,7 +34,7 @@ FAULTS = {
 }
 _STATUS = {"SOLVER_RET_LIMITED": 1, "SOLVER_RET_INFEASIBLE": 2, "SOLVER_RET_NAN": 3}
 
-#: Numbers in the state: commands, cost and iterations of the plan; then what the next plan starts from.
+#: Numbers in the state: commands, cost and iterations of the plan; then the start of the next one.
 _PLAN, _START = 4, ("x_e", "y_e", "drift_x", "drift_y", "d", "dt")
 
 
@@ -75,30 +75,30 @@ def solver(steps: int) -> Any:
         Goto, Bertol, Martins, Eq. (6), for errors; a Runge-Kutta step of order 4 takes them to the next step.
     """
     ca = import_module("casadi")
-    error, command, given = ca.SX.sym("error", 3), ca.SX.sym("command", 2), ca.SX.sym("given", 10)
-    x_e, y_e, drift_x, drift_y, d, period, q_y, q_theta, r_v, r_omega = ca.vertsplit(given)
+    error, command, start = ca.SX.sym("error", 3), ca.SX.sym("command", 2), ca.SX.sym("start", 10)
+    x_e, y_e, drift_x, drift_y, d, period, q_y, q_theta, r_v, r_omega = ca.vertsplit(start)
     along = drift_x * ca.cos(error[2]) + drift_y * ca.sin(error[2])
     across = drift_y * ca.cos(error[2]) - drift_x * ca.sin(error[2])
     v, omega = command[0], command[1]
     rate = ca.vertcat(along - v + omega * error[1], across - omega * (d + error[0]), omega)
-    rates = ca.Function("rates", [error, command, given], [rate])
-    a = rates(error, command, given)
-    b = rates(error + 0.5 * period * a, command, given)
-    c = rates(error + 0.5 * period * b, command, given)
-    e = rates(error + period * c, command, given)
+    rates = ca.Function("rates", [error, command, start], [rate])
+    a = rates(error, command, start)
+    b = rates(error + 0.5 * period * a, command, start)
+    c = rates(error + 0.5 * period * b, command, start)
+    e = rates(error + period * c, command, start)
     then = error + period / 6.0 * (a + 2.0 * b + 2.0 * c + e)
     lost = ca.sqrt(drift_x**2 + drift_y**2) - along
     cost = then[0] ** 2 + q_y * then[1] ** 2 + q_theta * lost
     cost += r_v * (v - along) ** 2 + r_omega * (omega - across / d) ** 2
-    step = ca.Function("step", [error, command, given], [then, cost])
+    step = ca.Function("step", [error, command, start], [then, cost])
     unknown, defects, total, before = [], [], 0.0, ca.vertcat(x_e, y_e, 0.0)
     for k in range(steps):
         now, after = ca.SX.sym(f"command_{k}", 2), ca.SX.sym(f"error_{k}", 3)
-        predicted, part = step(before, now, given)
+        predicted, part = step(before, now, start)
         unknown += [now, after]
         defects.append(after - predicted)
         total, before = total + part, after
-    problem = {"x": ca.vertcat(*unknown), "p": given, "f": total, "g": ca.vertcat(*defects)}
+    problem = {"x": ca.vertcat(*unknown), "p": start, "f": total, "g": ca.vertcat(*defects)}
     options = {
         "print_time": False,
         "calc_lam_p": False,
@@ -120,14 +120,14 @@ def init(settings: Settings, rules: Rules, robot: str) -> Law:
         limits = np.array([robot.v_limit, robot.omega_limit])
         most = np.tile([*limits, np.inf, np.inf, np.inf], settings.steps)
         guess = np.clip(np.tile([drift_x, 0.0, x_e, y_e, 0.0], settings.steps), -most, most)
-        given = (x_e, y_e, drift_x, drift_y, d, settings.every * dt, *weights)
+        start = (x_e, y_e, drift_x, drift_y, d, settings.every * dt, *weights)
         try:
-            found = solve(x0=guess, p=given, lbx=-most, ubx=most, lbg=0.0, ubg=0.0)
+            solution = solve(x0=guess, p=start, lbx=-most, ubx=most, lbg=0.0, ubg=0.0)
         except RuntimeError:
             return len(FAULTS)
         end = solve.stats()
-        state[:2] = np.clip(found["x"].full()[:2, 0], -limits, limits)  # the solver exceeds them by 1e-8
-        state[2:_PLAN] = float(found["f"]), end["iter_count"]
+        state[:2] = np.clip(solution["x"].full()[:2, 0], -limits, limits)  # the solver exceeds them by 1e-8
+        state[2:_PLAN] = float(solution["f"]), end["iter_count"]
         return 0 if end["success"] else _STATUS.get(end["unified_return_status"], len(FAULTS))
 
     return Law(np.zeros(0), np.zeros(_PLAN + len(_START)), (), (), plan, settings.every)
@@ -138,7 +138,7 @@ def step(
     error: TrackingError, dt: float, gains: FloatArray, state: FloatArray, kernels: tuple[()], next_state: FloatArray,
     signals: FloatArray,
 ) -> tuple[float, float, int]:  # fmt: skip
-    """Return the commands of the plan, and keep what the next one starts from."""
+    """Return the commands of the plan, and keep the start of the next one."""
     for k in range(4):
         next_state[k] = state[k]
     next_state[4], next_state[5] = error.x_e, error.y_e

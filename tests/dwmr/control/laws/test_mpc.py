@@ -7,11 +7,9 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.optimize import minimize
 
 from dwmr import read
-from dwmr.control.laws import mpc
-from dwmr.simulation import simulate
 from tests.dwmr.process import here
 from tests.dwmr.scenarios import diagnostics, run, shared
 from tests.explanation import script, text
@@ -19,66 +17,68 @@ from tests.explanation import script, text
 needs_casadi = pytest.mark.skipif(find_spec("casadi") is None, reason="CasADi is not installed: pip install casadi")
 needs_do_mpc = pytest.mark.skipif(find_spec("do_mpc") is None, reason="do-mpc is not installed: pip install do-mpc")
 SHORT = ("run.horizon=3",)
-#: Error along and across, velocity of the place, and d.
-START = (0.3, -0.4, 0.5, 0.2, 0.1)
+EVERY, STEPS = 20, 5
 WEIGHTS = (1.0, 0.1, 0.1, 0.01)
 
 
-def rolled_out(commands, period):
-    """Return the cost of commands from `START`, with an integrator of scipy."""
-    x_e, y_e, drift_x, drift_y, d = START
+def rolled_out(commands, start, period, fine=20):
+    """Return the cost of commands, with short steps of Runge and Kutta.
+
+    Args:
+        commands: v and omega of each step, flat.
+        start: Errors along and across, velocity of the place seen from the robot, and d.
+    """
+    x_e, y_e, drift_x, drift_y, d = start
     q_y, q_theta, r_v, r_omega = WEIGHTS
-    speed, total = np.hypot(drift_x, drift_y), 0.0
+    speed, total, h = np.hypot(drift_x, drift_y), 0.0, period / fine
 
     def seen(turn):
         return drift_x * np.cos(turn) + drift_y * np.sin(turn), drift_y * np.cos(turn) - drift_x * np.sin(turn)
 
-    def rates(_, error, v, omega):
+    def rates(error, v, omega):
         along, across = seen(error[2])
-        return along - v + omega * error[1], across - omega * (d + error[0]), omega
+        return np.array([along - v + omega * error[1], across - omega * (d + error[0]), omega])
 
     error = np.array([x_e, y_e, 0.0])
-    for v, omega in commands:
+    for v, omega in np.reshape(commands, (-1, 2)):
         along, across = seen(error[2])
         total += q_theta * (speed - along) + r_v * (v - along) ** 2 + r_omega * (omega - across / d) ** 2
-        error = solve_ivp(rates, (0.0, period), error, args=(v, omega), rtol=1e-10, atol=1e-12).y[:, -1]
+        for _ in range(fine):
+            a = rates(error, v, omega)
+            b = rates(error + 0.5 * h * a, v, omega)
+            c = rates(error + 0.5 * h * b, v, omega)
+            error = error + h / 6.0 * (a + 2.0 * b + 2.0 * c + rates(error + h * c, v, omega))
         total += error[0] ** 2 + q_y * error[1] ** 2
     return total
 
 
-def planned(limits=(0.6, 0.5), steps=5, period=0.1):
-    """Return the commands of a plan from `START`, shape (steps, 2), and its cost."""
-    most = np.tile([*limits, np.inf, np.inf, np.inf], steps)
-    found = mpc.solver(steps)(x0=0.0, p=(*START, period, *WEIGHTS), lbx=-most, ubx=most, lbg=0.0, ubg=0.0)
-    return found["x"].full().reshape(steps, 5)[:, :2], float(found["f"])
-
-
 @needs_casadi
 class TestPlan:
-    def test_costs_what_an_integrator_finds(self):
-        commands, cost = planned()
-        assert rolled_out(commands, 0.1) == pytest.approx(cost, rel=1e-4)
-
-    def test_no_other_commands_within_the_limits_cost_less(self):
-        limits = np.array([0.6, 0.5])
-        commands, cost = planned(tuple(limits))
-        assert np.abs(commands).max(axis=0) == pytest.approx(limits, rel=1e-6)  # both limits are reached
-        rng = np.random.default_rng(1)
-        for size in (0.003, 0.03, 0.3):
-            for _ in range(20):
-                others = np.clip(commands + size * rng.standard_normal(commands.shape), -limits, limits)
-                assert rolled_out(others, 0.1) > cost * (1.0 - 1e-4)
+    @pytest.mark.parametrize("number", [1, 4, 20])
+    def test_costs_as_little_as_the_commands_that_another_optimiser_finds(self, number):
+        limits = (1.1, 0.9)
+        drives = (f"robot.actuator.v_limit={limits[0]}", f"robot.actuator.omega_limit={limits[1]}")
+        one = run("paper-with-limits", "mpc", *SHORT, f"robot.controllers.mpc.steps={STEPS}", *drives)
+        period, dt = number * EVERY, one.step
+        turn, v_r = one["theta_r"][period, 0] - one["theta"][period, 0], one["v_r"][period, 0]
+        start = (one["x_e"][period, 0], one["y_e"][period, 0], v_r * np.cos(turn), v_r * np.sin(turn), 0.1)
+        best = minimize(
+            rolled_out, np.tile([0.5, 0.0], STEPS), (start, EVERY * dt), "SLSQP",
+            bounds=[(-most, most) for most in limits] * STEPS, options={"ftol": 1e-12, "maxiter": 500},
+        )  # fmt: skip
+        assert one["cost"][period + 1, 0] == pytest.approx(best.fun, rel=1e-4)
+        commands = [one["v_c"][period + 1, 0], one["omega_c"][period + 1, 0]]
+        assert commands == pytest.approx(best.x[:2].tolist(), abs=2e-3)
 
     def test_acts_from_the_next_period_to_the_next_plan(self):
-        every = 4
         one = run("paper-with-limits", "mpc", *SHORT, "robot.controllers.mpc.every=4")
         changes = np.flatnonzero(np.abs(np.diff(one["omega_c"][:, 0])) > 0.0) + 1
-        assert set(changes % every) == {1}
+        assert set(changes % 4) == {1}
         assert one["omega_c"][0, 0] == 0.0
 
     def test_does_not_depend_on_how_many_periods_are_computed_at_a_time(self, monkeypatch):
         _, whole = shared("paper-with-limits", "mpc", *SHORT)
-        monkeypatch.setattr(simulate, "PERIODS_AT_A_TIME", 7)
+        monkeypatch.setattr("dwmr.simulation.simulate.PERIODS_AT_A_TIME", 7)
         parts = run("paper-with-limits", "mpc", *SHORT)
         assert np.array_equal(whole.values, parts.values)
         assert np.array_equal(whole.law_values, parts.law_values)
@@ -138,7 +138,7 @@ class _Failing:
     ],
 )
 def test_a_solver_that_fails_stops_the_run_at_its_time(monkeypatch, status, words):
-    monkeypatch.setattr(mpc, "solver", lambda steps: _Failing(status))
+    monkeypatch.setattr("dwmr.control.laws.mpc.solver", lambda steps: _Failing(status))
     stop = run("own-references", "mpc", "robot.controllers.mpc.every=10", *SHORT).stop
     robots = list(read("own-references").scenario.robots)
     assert (stop.robot, stop.reason) == (robots[0], f"the solver of the predictive control {words}")
