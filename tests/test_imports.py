@@ -80,6 +80,7 @@ HOMES = {
     "fmpy": set(),  # by name, when a loop with an FMU is run
     "rosbags": {"apps/dwmr/output/bag.py", "apps/dwmr/results/logs.py"},
     "rclpy": set(),  # by name, when the node starts
+    "casadi": set(),  # by name, when a run has the control law mpc
     "mujoco": set(),  # by name, when a scenario's robots are rigid bodies
     "gymnasium": {"fuzzyctl/interop/environments.py"},
     "scipy": {

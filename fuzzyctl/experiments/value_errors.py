@@ -33,7 +33,8 @@ def length(error: Any) -> str:
     few = error["type"] == "too_short"
     number = error["ctx"]["min_length" if few else "max_length"]
     words = f"must have at {'least' if few else 'most'} {number} element{'s' if number != 1 else ''}"
-    return f"{words}, has {error['ctx']['actual_length'] or 'none'}"
+    actual = error["ctx"]["actual_length"]  # None of a table that is too long
+    return f"{words}, has {'more' if actual is None else actual or 'none'}"
 
 
 def requirement(error: Any, number: Callable[[float], str] = "{:g}".format) -> str:

@@ -75,7 +75,7 @@ def _list(style: str) -> None:
     say("Control laws")
     for name, file in files.items():
         part = laws.zeroed(name)
-        sentence = f"with {part} = 0" if part else first_sentence(rules_folder() / file)
+        sentence = f"with {part} = 0" if part else laws.first_sentence_of(name)
         say(f"  {name:{width}}  {file:{max(map(len, files.values()))}}  {sentence}")
 
 

@@ -122,13 +122,15 @@ class _Reader:
     def __init__(self, source: SourceText, form: Form, number: int, line: str) -> None:
         self._source, self._form = source, form
         self.rows: list[tuple[Any, ...]] = []
-        self._times: dict[str, float] = {}
+        #: Time and line of the latest row of each group, and the line of the latest mistake in times.
+        self._latest: dict[str, tuple[float, int]] = {}
+        self._jump = 0
         self._unknown = set[str]()
         names = [cell.strip() for cell in line.split(",")]
         heads = {c: next((h for h in (*c.heads, c.name) if h in names), None) for c in form.columns}
         if missing := [c for c, head in heads.items() if head is None and c.is_required]:
             message = f"the first line names no column {', '.join(c.name for c in missing)}"
-            facts = (f"its columns are {', '.join(n or '(blank)' for n in names[:10])}",)
+            facts: tuple[str, ...] = (f"its columns are {', '.join(n or '(blank)' for n in names[:10])}",)
             facts += tuple(f"other names of {c.name}: {', '.join(c.heads)}" for c in missing if c.heads)
             hint = did_you_mean(missing[0].name, tuple({*names} - {"", *heads.values()})) or form.help
             raise DiagnosticError([place(source, form.code, number, message, facts, hint)])
@@ -166,14 +168,20 @@ class _Reader:
             self.rows.append(tuple(values.values()))
 
     def _not_later(self, number: int, values: dict[str, Any]) -> Iterator[Diagnostic]:
-        """Yield a mistake if the time of a row is not later than that of the one before, and drop this time."""
+        """Drop the time of a row that is not later than that of the one before, and yield the mistake.
+
+        A clock that jumps back does so for all groups of rows; only the first one is reported.
+        """
         name, group = self._form.columns[0].name, next((v for v in values.values() if isinstance(v, str)), "")
-        before = self._times.get(group, -math.inf)
-        self._times[group] = values.get(name, before)  # also an earlier one: one mistake where a clock is set back
-        if name in values and not values[name] - before >= SHORTEST_STEP:
-            of, now = f" of {group}" if group else "", values.pop(name)
-            message = f"column {name}: {now:.15g}{of} comes after {before:.15g}"
-            yield self._at(number, f"{message}; times must increase by {SHORTEST_STEP:g} s", self.columns[0][1])
+        before, line = self._latest.get(group, (-math.inf, 0))
+        now = values.get(name, before)
+        if name in values and not now - before >= SHORTEST_STEP:
+            del values[name]
+            if line >= self._jump:
+                of, self._jump = f" of {group}" if group else "", number
+                message = f"column {name}: {now:.15g}{of} comes after {before:.15g}"
+                yield self._at(number, f"{message}; times must increase by {SHORTEST_STEP:g} s", self.columns[0][1])
+        self._latest[group] = now, number
 
     def _at(self, number: int, message: str, column: int | None = None, help: str = "") -> Diagnostic:
         return place(self._source, self._form.code, number, message, help=help, column=column)

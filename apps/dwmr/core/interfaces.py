@@ -80,12 +80,18 @@ class Law(NamedTuple):
         kernels: Compiled gain kernels; number and signatures are those declared to `control_law`.
         frozen: Numbers of the states, such as adaptive gains, that keep their values in a period in which limits or the
             safety filter change the command.
+        plan: Called in Python after period 0 and each `every`-th one from there on, with the state, which it may
+            change, and the robot's record of dtype `ROBOT`; returns 0 or a key of the module's FAULTS. For
+            computations that numba does not compile. None for none.
+        every: Control periods from one call of `plan` to the next.
     """
 
     gains: FloatArray
     state: FloatArray
     kernels: tuple[Any, ...]
     frozen: tuple[int, ...] = ()
+    plan: Callable[[FloatArray, Any], int] | None = None
+    every: int = 1
 
 
 class Plant(Protocol):

@@ -364,16 +364,17 @@ def _rows(
     return {law: {robot: cells(law, run, robot) for robot in run["rmse"]} for law, run in runs.items()}
 
 
-def table_by_law(heads: Iterable[str], rows: Mapping[str, Mapping[str, Sequence[str]]]) -> Table:
+def table_by_law(heads: Iterable[str], rows: Mapping[str, Mapping[str, Sequence[str]]], second: str = "robot") -> Table:
     """Return a table with a row for each law and robot.
 
     Args:
         heads: Heads of the columns of numbers.
         rows: Cells by law and robot.
+        second: Head of the second column.
     """
     table = Table(header_style="bold dim", box=None, pad_edge=False, collapse_padding=True)
     table.add_column("\nlaw")
-    table.add_column("\nrobot")
+    table.add_column(f"\n{second}")
     for head in heads:
         table.add_column(head, justify="right", style="dim" if head.startswith("Table\n") else None)
     for law, by_robot in rows.items():

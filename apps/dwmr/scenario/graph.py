@@ -63,6 +63,7 @@ def formation_mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnosti
     """Refuse leaders that do not exist, robots without a way to the reference, and keys of robots on a reference."""
     names = tuple(scenario.robots)
     edges = nearest(scenario)
+    circles: dict[frozenset[str], list[Diagnostic]] = {}
     for name, robot in scenario.robots.items():
         for k, edge in enumerate(robot.edges):
             key = f"robots.{name}.formation.{edge.key}"
@@ -72,9 +73,11 @@ def formation_mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnosti
                 yield places.diagnostic("FZ904", key, f"{key} = {name!r}: a robot cannot follow itself")
             elif k == 0 and name not in edges and (circle := _circle(scenario, name)):
                 message = f"{key} leads back to {name}: {' -> '.join(circle)}; some robot must follow the reference"
-                yield places.diagnostic("FZ904", key, message)
-        if robot.formation is not None:
+                circles.setdefault(frozenset(circle), []).append(places.diagnostic("FZ904", key, message))
+        if robot.formation is not None and name not in robot.leaders:
             yield from _on_reference_only(scenario, name, places)
+    for each in circles.values():  # one of each, if possible in the scenario itself and not in one that it extends
+        yield next((one for one in each if one.span and one.span.source.name == places.source.name), each[0])
 
 
 def _on_reference_only(scenario: Scenario, name: str, places: Places) -> Iterable[Diagnostic]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,7 @@ class Periods:
         paths, kernels: Reference trajectories, and of each robot a tuple of the law's gain kernels, as the loop takes
             them.
         raised: Errors of compiled code, from `jit.collected_errors`.
+        planning: Number of the robot for which a plan is made, -1 for none.
     """
 
     def __init__(self, simulation: Simulation, *, measured: bool = False) -> None:
@@ -115,11 +117,13 @@ class Periods:
             self.guard = (safety_of(scenario, scenario.safety), room)
         self.vehicles = _vehicles(scenario, simulation.module, samples)
         self.raised: list[BaseException] = []
+        self.planning = -1
         self._step = first_class(simulation.module.step)
         paths = {id(one): one.path for one in simulation.shapes.values()}
         self.paths = tuple(first_class(PATHS[one]) for one in paths.values())
         self._draw = noise_source(scenario)
         self.kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
+        self._plans = [(i, law.every, law.plan) for i, law in enumerate(laws) if law.plan is not None]
 
     def row(self, period: int) -> int:
         """Return the row of a period in the records, see `loop.row_of`."""
@@ -147,7 +151,8 @@ class Periods:
     def compute(self, first: int, last: int, obstacles: FloatArray, noise: FloatArray) -> tuple[int, int, int]:
         """Compute the periods from `first` up to but not including `last`, see `loop.run_periods`.
 
-        Where another plant moves the robots, it moves them after each period. No periods: it is only compiled.
+        Where another plant moves the robots, it moves them after each period. The law's plans are made between calls of
+        the compiled loop, and take effect in the next period. No periods: it is only compiled.
 
         Args:
             first, last: Numbers of control periods.
@@ -160,14 +165,35 @@ class Periods:
         name, file = simulation.name, Path(str(simulation.module.__file__))
         self.raised.clear()
         with reported(name, file, "run", only_own=last > 0):
-            done = run_periods(
-                first, last, self.paths, self._step, self.kernels, self.world, self.memory, obstacles, noise,
-                self.record, self.law_record, self.guard, self.vehicles,
-            )  # fmt: skip
+            for begin, end in pairwise([first, *self._breaks(first, last), last]):
+                now = obstacles[begin - first : end - first + 1] if len(obstacles) > 1 else obstacles
+                done = run_periods(
+                    begin, end, self.paths, self._step, self.kernels, self.world, self.memory, now,
+                    noise[begin - first : end - first], self.record, self.law_record, self.guard, self.vehicles,
+                )  # fmt: skip
+                done = done if done[2] != 0 or self.raised else self._plan(end)
+                if done[2] != 0 or self.raised:
+                    break
         if self.raised:  # by the law's step: errors of compiled code name no line
             with reported(name, file, "run"):
                 raise self.raised[0]
         return done
+
+    def _breaks(self, first: int, last: int) -> list[int]:
+        """Return the numbers of periods between two others before which a plan is made."""
+        breaks = (range(first + 1 + -first % every, last, every) for _, every, _ in self._plans)
+        return sorted(set().union(*breaks))
+
+    def _plan(self, reached: int) -> tuple[int, int, int]:
+        """Make the plans of the period before one; return a period, a robot and a fault as `run_periods` does."""
+        for i, every, plan in self._plans:
+            if reached > 0 and (reached - 1) % every == 0:
+                self.planning = i
+                fault = plan(self.memory.law[i], self.world.robots[i])
+                self.planning = -1
+                if fault != 0:
+                    return reached - 1, i, fault
+        return reached, -1, 0
 
 
 def _vehicles(scenario: Scenario, module: Any, samples: int) -> vehicles.Vehicles | None:

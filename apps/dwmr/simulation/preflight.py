@@ -16,7 +16,7 @@ from dwmr.control import laws as controllers
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
-from dwmr.control.laws.settings import LawSettings, TextSettings
+from dwmr.control.laws.settings import LawSettings
 from dwmr.control.laws.text_law import TextLaw
 from dwmr.control.rule_files import ROLES
 from dwmr.scenario.file import ScenarioFile
@@ -190,8 +190,8 @@ def settings_of(file: ScenarioFile, robot: str, name: str, law: Any) -> LawSetti
     """
     table, gains = controllers.table(file.scenario.robots[robot].controllers, name)
     key = f"robots.{robot}.controllers.{table}"
-    if gains is None and law.Settings is TextSettings:
-        return TextSettings()  # its params have values in the text
+    if gains is None and not any(field.is_required() for field in law.Settings.model_fields.values()):
+        gains = {}  # all have values in the law
     if gains is None:
         message = f"{key} is missing: robot {robot} has no gains for {name}"
         raise DiagnosticError([file.places.diagnostic("FZ903", key, message)])

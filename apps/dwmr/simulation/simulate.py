@@ -128,7 +128,8 @@ def _in_python(
             diagnostic = replace(diagnostic, span=error_in_python.span)
         elif kinds[0] is kinds[1]:
             diagnostic = error_in_python
-    robot, error = len(asked) - 1, asked[-1]
+    robot = len(asked) - 1 if periods.planning < 0 else periods.planning
+    error = asked[robot]
     seen_by_law = ", ".join(f"{name} = {value:.6g}" for name, value in zip(error._fields, error, strict=True))
     there = f"there, of robot {list(periods.simulation.scenario.robots)[robot]}: {seen_by_law}"
     return LawError(replace(diagnostic, facts=(*diagnostic.facts, there)), period, robot)

@@ -108,7 +108,7 @@ def gains_of(file: ScenarioFile, law: str, rules: Rules) -> dict[str, float]:
     values = settings.model_dump(exclude_none=True)
     if not values and hasattr(module, "values"):
         values = module.values(settings, robot)
-    return {name: float(one) for name, one in values.items() if one > 0.0}
+    return {name: float(one) for name, one in values.items() if one > 0.0 and not isinstance(one, int)}
 
 
 def candidates(start: Mapping[str, float], budget: int, seed: int, law: str) -> Generator[FloatArray, float, None]:
@@ -200,24 +200,32 @@ def entries(scenario: str, measured: Mapping[str, Sequence[Mapping[str, float] |
 
 
 def print_bench(out: Console, found: Sequence[Entry], budget: int, training: int, held_out: int) -> None:
-    """Print a table for each scenario, and a legend of its columns."""
+    """Print a table and a conclusion for each scenario, and a legend of the columns."""
     heads = [f"{name}\n{unit}" for name, unit in MEASURES.items()]
     for scenario in dict.fromkeys(one.scenario for one in found):
         rows: dict[str, dict[str, list[str]]] = {}
-        for one in (one for one in found if one.scenario == scenario):
-            rows.setdefault(one.controller, {}).setdefault("mean", []).append(_number(one.mean))
+        entries = [one for one in found if one.scenario == scenario]
+        for one in entries:
+            cells = {"mean": _number(one.mean, "", 4)}
             if one.difference is not None:
-                interval = "" if one.low is None else f"\n{one.low:+.3g} to {one.high:+.3g}"
-                rows[one.controller].setdefault("difference", []).append(f"{one.difference:+.3g}{interval}")
+                cells["difference"] = _number(one.difference, "+")
+                cells |= (
+                    {"  from": _number(one.low, "+"), "  to": _number(one.high, "+")} if one.low is not None else {}
+                )
+            for label, cell in cells.items():
+                rows.setdefault(one.controller, {}).setdefault(label, []).append(cell)
         out.print(
             f"{escape(scenario)}: after {counted(budget, 'evaluation')} of each law", style="bold", highlight=False
         )
-        out.print(table_by_law(heads, rows))
+        out.print(table_by_law(heads, rows, ""))
+        for line in conclusions(entries):
+            out.print(escape(line), highlight=False)
         out.print()
     out.print(
         f"Means over {counted(held_out, 'held-out run')}; the gains have the least mean error of "
         f"{counted(training, 'other run')}. "
-        f"difference: from the first law in the same runs, with its {100 * CONFIDENCE:.0f} % bootstrap interval. "
+        f"difference: from the first law in the same runs, with its {100 * CONFIDENCE:.0f} % bootstrap interval, which "
+        "speaks of these gains; other candidates would give others. "
         "error: root mean square distance of all robots from their places. energy: of all wheels, with braking. "
         "formation: when the last robot is at its place for good, or the end of the run. "
         "amplification: largest ratio of a follower's error to its leader's.",
@@ -225,5 +233,26 @@ def print_bench(out: Console, found: Sequence[Entry], budget: int, training: int
     )  # fmt: skip
 
 
-def _number(value: float | None) -> str:
-    return "" if value is None else f"{value:.4g}"
+def conclusions(entries: Sequence[Entry]) -> Iterator[str]:
+    """Yield which laws of one scenario have less error than the first one, which more, and which cannot be told apart.
+
+    Args:
+        entries: Those of the scenario, those of the first law first.
+    """
+    first, *others = [one for one in entries if one.measure == "error"]
+    groups: dict[str, list[Entry]] = {"less error": [], "more error": [], "no clear difference": []}
+    for one in others:
+        if one.low is not None and one.high is not None:
+            groups["less error" if one.high < 0 else "more error" if one.low > 0 else "no clear difference"].append(one)
+    for words, group in groups.items():
+        group.sort(key=lambda one: one.difference or 0.0)
+        if group:
+            of = "from" if words.endswith("difference") else "than"
+            yield f"{words} {of} {first.controller}: {', '.join(one.controller for one in group)}"
+
+
+def _number(value: float | None, sign: str = "", digits: int = 3) -> str:
+    """Return a number with some digits; powers of ten only for those that are very small or large."""
+    if value is None:
+        return ""
+    return f"{value:{sign}.0f}" if 10.0 ** (digits - 1) <= abs(value) < 1e7 else f"{value:{sign}.{digits}g}"

@@ -25,6 +25,11 @@ MISTAKES = [
     (HEAD + "0,leader,0,0,0\n1,leader,0,,0\n", ":3:12", "column y is empty"),
     (HEAD + "0,leader,0,0,0\n0,leader,1,0,0\n", ":3:1", "column t: 0 of leader comes after 0; times must increase"),
     (HEAD + "1700000000.5,leader,0,0,0\n1700000000.4,leader,1,0,0\n", ":3:1", "1700000000.4 of leader comes after"),
+    (
+        HEAD + "".join(f"{t},{name},0,0,0\n" for t in (0, 1, 0.5, 0.6) for name in ("leader", "follower1")),
+        ":6:1",
+        "0.5 of leader comes after 1",
+    ),
     (HEAD + "0,leader,0,0,0\n1,leadre,0,0,0\n2,leadre,0,0,0\n", ":3:3", "column robot: unknown name 'leadre'"),
     (HEAD + "0,leader,0,0\n", ":2:1", "the row has 4 cells for 5 columns"),
     (HEAD + "0,leader,0,0,0\n0,follower1,0,0,0\n1,leader,0,0,0\n", "", "follower1 has one row"),

@@ -49,17 +49,30 @@ def test_places_that_cannot_be_are_refused(value):
     assert messages("paper", f"robots.follower1.formation={value}")[0].startswith(REFUSED[value])
 
 
-def test_robots_that_only_follow_one_another_are_refused_each():
-    first, second = messages(
+def test_robots_that_only_follow_one_another_are_refused_once():
+    (one,) = messages(
         "paper",
         f"robots.follower1.formation={neighbours(('follower2',))}",
         f"robots.follower2.formation={neighbours(('follower1',))}",
     )
-    assert first == (
+    assert one == (
         "robots.follower1.formation.neighbours.0.leader leads back to follower1: follower1 -> follower2 -> follower1; "
         "some robot must follow the reference"
     )
-    assert "leads back to follower2" in second
+
+
+def test_a_circle_is_shown_in_the_scenario_itself_not_in_one_that_it_extends(tmp_path):
+    file, place = tmp_path / "circle.toml", "separation = 1.25, bearing = 3.0"
+    start = "x_0 = -9.0\ny_0 = 9.0\ntheta_0 = 0.0\nd = 0.4\n"
+    file.write_text(
+        f'extends = "paper"\n[robots.back]\n{start}formation = {{ leader = "follower2", {place} }}\n'
+        f'[robots.follower2]\nformation = {{ leader = "back", {place} }}\n'
+    )
+    with pytest.raises(DiagnosticError) as caught:
+        read(file)
+    (one,) = caught.value.diagnostics
+    assert one.span.source.name == str(file)
+    assert "follower2 -> back -> follower2" in one.message
 
 
 def test_a_cycle_from_which_a_way_leads_to_the_reference_is_none():

@@ -57,10 +57,27 @@ def test_differences_are_paired_and_leave_out_runs_that_one_law_does_not_finish(
     assert found["a", "error"].difference is None
 
 
+def test_the_conclusion_names_laws_by_the_intervals_of_their_errors():
+    intervals = {"b": (-2.0, -1.0), "c": (0.5, 1.0), "d": (-0.5, 0.5), "e": (-4.0, -3.0), "f": None}
+    one = bench.Entry("here", "a", "error", "m", 3, 1.0, None, None, None)
+    entries = [one, bench.Entry("here", "b", "energy", "kJ", 3, 1.0, 1.0, 1.0, 1.0)]
+    for law, ends in intervals.items():
+        entries.append(bench.Entry("here", law, "error", "m", 3, 1.0, sum(ends or (0,)) / 2, *(ends or (None, None))))
+    wanted = ["less error than a: e, b", "more error than a: c", "no clear difference from a: d"]
+    assert list(bench.conclusions(entries)) == wanted
+
+
+def test_numbers_have_powers_of_ten_only_where_they_are_far_from_one():
+    values = (1234.4, -123.44, 0.012344, 1.2344e-7, 1.2344e8, None)
+    assert [bench._number(one, "+") for one in values] == ["+1234", "-123", "+0.0123", "+1.23e-07", "+1.23e+08", ""]
+
+
 class TestCommand:
     def test_is_repeatable_and_tunes_every_law_equally(self):
         first, again = (here("bench", "undisturbed", *QUICK, "--format", "json").stdout for _ in range(2))
         assert first == again
+        said = here("bench", "undisturbed", *QUICK).stdout
+        assert "error than smc: kanayama" in said
         found = json.loads(first)
         for law, key in (("smc", "g_v"), ("kanayama", "k_x")):
             tuned = found["tuned"]["undisturbed"][law]

@@ -16,17 +16,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dwmr.control.rule_files import LAWS
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.support.files import first_sentence, rules_folder
 
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Rules
 
 #: The complete laws of the paper.
 PAPER = ("aifqsmc", "fcafsmc", "smc")
+#: The shipped laws in Python, modules of this package.
+IN_PYTHON = ("mpc",)
 _WITHOUT = "_without_"
 #: The shipped ablations.
 _ABLATIONS = tuple(f"aifqsmc{_WITHOUT}{part}" for part in ("adaptation", "immunity", "layer"))
@@ -37,7 +41,7 @@ GROUPS = ("all", "ablations")
 
 def names() -> tuple[str, ...]:
     """Return the names of all shipped control laws."""
-    return tuple(sorted((*LAWS, *_ABLATIONS)))
+    return tuple(sorted((*LAWS, *_ABLATIONS, *IN_PYTHON)))
 
 
 def base(name: str) -> str:
@@ -51,8 +55,16 @@ def zeroed(name: str) -> str:
 
 
 def shipped_file(name: str) -> str:
-    """Return the name of the rule file of a shipped control law."""
-    return LAWS[base(name)]
+    """Return the name of the file of a shipped control law."""
+    return f"{name}.py" if name in IN_PYTHON else LAWS[base(name)]
+
+
+def first_sentence_of(name: str) -> str:
+    """Return the first sentence of the file of a shipped control law."""
+    if name not in IN_PYTHON:
+        return first_sentence(rules_folder() / shipped_file(name))
+    text = Path(__file__).with_name(f"{name}.py").read_text(encoding="utf-8")
+    return text.removeprefix('"""').partition("\n")[0]
 
 
 def table(tables: Mapping[str, Any], law: str) -> tuple[str, Any]:
@@ -98,6 +110,8 @@ def find(name: str, folder: Path, rules: Rules) -> Any:
     Raises:
         DiagnosticError: When a file in Python cannot be imported or lacks a part of a control law; when there are two.
     """
+    if name in IN_PYTHON:
+        return import_module(f"{__name__}.{name}")
     path = python_file(name, folder)
     if path is None:
         from dwmr.control.laws import text_law

@@ -95,8 +95,8 @@ class TestSurface:
 class TestNames:
     def test_are_those_of_the_shipped_texts_and_their_ablations(self):
         parts = tuple(f"aifqsmc_without_{part}" for part in ("adaptation", "immunity", "layer"))
-        names = ("ackermann", "aifqsmc", *parts, "backstepping", "fcafsmc", "kanayama", "omnidirectional", "smc")
-        names = (*names, "super_twisting")
+        names = ("ackermann", "aifqsmc", *parts, "backstepping", "fcafsmc", "kanayama", "mpc", "omnidirectional")
+        names = (*names, "smc", "super_twisting")
         said = " ".join(here("run", "paper", "--controller", "pid", status=2).stderr.split())
         assert f"'pid' is not one of {', '.join(map(repr, (*names, 'all', 'ablations')))}, and there is no" in said
 

@@ -60,6 +60,37 @@ class TestPythonLaw:
         trajectory = run(self.beside(tmp_path, text))
         assert trajectory["twice"] == pytest.approx(2.0 * trajectory["x_e"])
 
+    def planned(self, folder, plan):
+        """Return the scenario of a law that records its state, which a plan changes after every 100 periods."""
+        text = LAW.replace("np.zeros(1), ())", "np.zeros(1), (), (), plan, 100)").replace(
+            "signals[0] = 2.0 * error.x_e", "next_state[0] = signals[0] = state[0]"
+        )
+        return self.beside(folder, f"{text}\n\ndef plan(state, robot):\n    {plan}\n")
+
+    def test_a_plan_is_made_in_python_and_acts_from_the_next_period_on(self, tmp_path):
+        found = run(self.planned(tmp_path, "state[0] += robot.v_limit; return 0"))["twice"]
+        assert found[[0, 1, 100, 101, 200, 201, 400], 0].tolist() == [0.0, 100.0, 100.0, 200.0, 200.0, 300.0, 400.0]
+
+    def test_a_plan_may_end_the_run(self, tmp_path):
+        text = "state[0] += 1.0; return 7 if state[0] == 3.0 and robot.d == 0.4 else 0"
+        scenario = self.planned(tmp_path, text)
+        law = tmp_path / "mine.py"
+        law.write_text(law.read_text(encoding="utf-8").replace("FAULTS = {}", 'FAULTS = {7: "no way"}'), "utf-8")
+        found = run(scenario)
+        assert (found.stop.t, found.stop.robot, found.stop.reason) == (1.0, "follower1", "no way")
+        assert len(found.t) == 201
+
+    def test_an_error_of_a_plan_is_shown_at_its_line(self, tmp_path):
+        found = run(self.planned(tmp_path, "state[0] += [1.0][int(robot.d == 0.4 and state[0] == 2.0)]; return 0"))
+        assert (found.stop.t, found.stop.robot, found.stop.reason) == (
+            1.0,
+            "follower1",
+            "IndexError: list index out of range",
+        )
+        mistake = found.stop.mistake
+        assert mistake.span.text == "[1.0][int(robot.d == 0.4 and state[0] == 2.0)]"
+        assert any(fact.startswith("there, of robot follower1: x_e = ") for fact in mistake.facts)
+
     def test_is_read_again_when_its_file_has_changed(self, tmp_path):
         before = run(self.beside(tmp_path))
         changed = self.beside(tmp_path, LAW.replace("signals[0] = 2.0", "signals[0] = 3.0"))
