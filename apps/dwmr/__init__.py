@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Known
     from dwmr.output.data import load
-    from dwmr.results.identification import Replica, identify
+    from dwmr.results.identification import Replica, UnexplainedError, identify
     from dwmr.results.logs import Log, differences, read_logs
     from dwmr.results.metrics import measure
     from dwmr.scenario.file import find, read
@@ -25,6 +25,7 @@ _HOMES = {
     "Replica": "dwmr.results.identification",
     "differences": "dwmr.results.logs",
     "find": "dwmr.scenario.file",
+    "UnexplainedError": "dwmr.results.identification",
     "identify": "dwmr.results.identification",
     "load": "dwmr.output.data",
     "measure": "dwmr.results.metrics",
@@ -34,7 +35,8 @@ _HOMES = {
 }
 
 __all__ = [
-    "Known", "Log", "Replica", "differences", "find", "identify", "load", "measure", "read", "read_logs", "simulate",
+    "Known", "Log", "Replica", "UnexplainedError", "differences", "find", "identify", "load", "measure", "read",
+    "read_logs", "simulate",
 ]  # fmt: skip
 
 

@@ -142,7 +142,7 @@ def without_idle_samples(loop: Loop, conditions: Sequence[Expr], free: Sequence[
 
     Args:
         loop: The loop.
-        conditions: What is claimed, `#0`, `#1` and so on of the signals.
+        conditions: The claims, about `#0`, `#1` and so on of the signals.
         free: Params that are arguments.
     """
     equations = kept_samples(loop_equations(loop, conditions, free))

@@ -4,10 +4,10 @@ from hypothesis import strategies as st
 
 import fuzzyctl
 from dwmr import read
-from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
-from dwmr.simulation.preflight import settings_of
+from dwmr.sweep.robots import Robots
 from fuzzyctl import DiagnosticError
+from tests.dwmr.process import here
 from tests.dwmr.scenarios import PAPER, diagnostics, mistakes
 from tests.dwmr.scenarios import edited_rules as edited
 from tests.shipped import rules_folder
@@ -19,13 +19,9 @@ def rules(*overrides, folder=None):
     return Rules(file.scenario.rules, (folder,) if folder else (), file.places)
 
 
-def prove(*overrides, folder=None, scenario=PAPER, law="aifqsmc", robot="leader"):
-    """Prove a law of a scenario with the gains of a robot; returns the rule files that it read."""
-    file = read(scenario, overrides)
-    checked = Rules(file.scenario.rules, (folder,) if folder else (), file.places)
-    text = laws.find(law, file.path.parent, checked)
-    text.prove(settings_of(file, robot, law, text), checked, robot)
-    return checked
+def prove(*overrides, folder=None, scenario=PAPER, law="aifqsmc"):
+    """Prove a law of a scenario with the gains of all robots."""
+    Robots(folder).check(read(scenario, overrides), (law,))
 
 
 def refusal(*overrides, **more):
@@ -40,10 +36,10 @@ class TestConstraint:
         folder = edited(
             tmp_path, "ais_reaction.fz", ("0.09, 0.18, inf)", "0.09, 0.19, inf)"), ("[-1, f_max]", "[-1, 0.19]")
         )
-        one = refusal(folder=folder, robot="follower1")
+        one = refusal(folder=folder)
         assert (one.code, one.span.source.name) == ("FZ402", str(tmp_path / "ais_reaction.fz"))
         assert "k_h_min - k_s * f >= G_min" in one.message
-        assert one.facts == ("robot follower1", "at sigma = 0, dsigma = 0: k_h_min - k_s * f = -0.0045, G_min = 0.001")
+        assert one.facts == ("robot leader", "at sigma = 0, dsigma = 0: k_h_min - k_s * f = -0.0045, G_min = 0.001")
 
     def test_is_refused_for_one_channel_with_a_stronger_suppression(self):
         prove("robots.leader.controllers.aifqsmc.k_s_v=0.5")
@@ -107,11 +103,11 @@ class TestGuarantees:
         folder = edited(
             tmp_path, "ais_reaction.fz", ("require f <= 0 within 1e-12 when", "require k_s <= 0.5 or f <= 0 when")
         )
-        weaker = "robots.leader.controllers.aifqsmc={k_s_v = 0.5, k_s_omega = 0.5}"
+        weaker = "rules.ais_reaction.k_s=0.5"
         prove(folder=folder)
         edited(tmp_path, "ais_reaction.fz", ("f <= 0 within 1e-12 when abs(sigma) >= 0.03", "k_s * f <= 0.095"))
         prove(weaker, folder=folder)
-        assert "k_s * f = 0.099" in refusal("robots.leader.controllers.aifqsmc.k_s_v=0.5", folder=folder).facts[1]
+        assert "k_s * f = 0.099" in refusal("robot.controllers.aifqsmc.k_s_v=0.5", folder=folder).facts[1]
 
     def test_so_are_those_of_the_adaptive_gain(self, tmp_path):
         folder = edited(tmp_path, "fcafsmc.fz", ("require F <= 2", "require F <= 1.5"))
@@ -126,13 +122,8 @@ class TestGuarantees:
     def test_equal_ones_are_proved_once(self, tmp_path, monkeypatch):
         proved, prove = [], fuzzyctl.prove
         monkeypatch.setattr(fuzzyctl, "prove", lambda system: proved.append(system.name) or prove(system))
-        checked = Rules(self.FILE.scenario.rules, (), self.FILE.places)
-        text = laws.find("aifqsmc", self.FILE.path.parent, checked)
-        for robot in ("leader", "follower1"):
-            text.prove(settings_of(self.FILE, robot, "aifqsmc", text), checked, robot)
+        Robots().check(read(PAPER, ("robot.controllers.aifqsmc.k_s_v=0.5",)), ("aifqsmc",))
         assert sorted(proved) == ["ais_reaction", "ais_reaction", "boundary_layer"]
-
-    FILE = read(PAPER, ("robot.controllers.aifqsmc.k_s_v=0.5",))
 
 
 class TestRoles:
@@ -248,8 +239,7 @@ class TestCoverage:
 
     def test_warnings_are_kept_once(self, tmp_path):
         folder = edited(tmp_path, "ais_reaction.fz", ("PM  PS  ZO\n", "PS  PS  ZO\n"))
-        checked = prove(folder=folder)
-        assert [d.code for d in checked.warnings] == ["FZ208"]
+        assert here("check", "paper", "--rules", folder).stderr.count("warning[FZ208]") == 1
 
 
 class TestDerivedParams:

@@ -5,8 +5,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from dwmr import Log, read
-from dwmr.results import identification
+from dwmr import Log, UnexplainedError, read
 from tests.bench import identification as study
 from tests.dwmr.process import here
 
@@ -82,11 +81,11 @@ def in_other_units(factor):
 
 
 def test_a_log_in_other_units_gets_a_message_and_no_traceback(tmp_path, monkeypatch):
-    with pytest.raises(identification.UnexplainedError, match="no mass, friction and drives lead"):
+    with pytest.raises(UnexplainedError, match="no mass, friction and drives lead"):
         study.identified(in_other_units(1e9), study.scenario())
     assert study.identified(in_other_units(1e3), study.scenario()).excess > 20.0
     path = csv_of(tmp_path / "log.csv", in_other_units(1e3))
-    monkeypatch.setattr(identification, "identify", Mock(side_effect=identification.UnexplainedError("no mass")))
+    monkeypatch.setattr("dwmr.results.identification.identify", Mock(side_effect=UnexplainedError("no mass")))
     done = here("identify", path, status=1)
     assert "log.csv: error[FZ911]: leader: no mass" in done.stderr
     assert "help: write v and v_c in m/s" in done.stderr
