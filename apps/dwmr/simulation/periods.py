@@ -94,7 +94,7 @@ class Periods:
         guard: Safety filter and its memory, None without one.
         vehicles: Vehicles with other drives than two wheels, or None.
         paths, kernels: Reference trajectories, and of each robot a tuple of the law's gain kernels, as the loop takes
-            them.
+            them: the last ones are repeated.
         raised: Errors of compiled code, from `jit.collected_errors`.
         planning: Number of the robot for which a plan is made, -1 for none.
     """
@@ -120,9 +120,9 @@ class Periods:
         self.planning = -1
         self._step = first_class(simulation.module.step)
         paths = {id(one): one.path for one in simulation.shapes.values()}
-        self.paths = tuple(first_class(PATHS[one]) for one in paths.values())
+        self.paths = _padded([first_class(PATHS[one]) for one in paths.values()])
         self._draw = noise_source(scenario)
-        self.kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
+        self.kernels = _padded([tuple(first_class(k) for k in law.kernels) for law in laws])
         self._plans = [(i, law.every, law.plan) for i, law in enumerate(laws) if law.plan is not None]
 
     def row(self, period: int) -> int:
@@ -194,6 +194,14 @@ class Periods:
                 if fault != 0:
                     return reached - 1, i, fault
         return reached, -1, 0
+
+
+def _padded(items: list[Any]) -> tuple[Any, ...]:
+    """Return a tuple that repeats the last item until there are eight or a multiple.
+
+    The loop, which numba compiles for each length of a tuple, is then compiled once for all small formations.
+    """
+    return tuple(items + items[-1:] * (-len(items) % 8))
 
 
 def _vehicles(scenario: Scenario, module: Any, samples: int) -> vehicles.Vehicles | None:

@@ -129,12 +129,14 @@ class TestRun:
 
 
 @pytest.mark.skipif(not COMPILED, reason="needs numba")
-def test_the_loop_is_not_compiled_again_for_another_rule_file(tmp_path, run_paper):
+def test_the_loop_is_not_compiled_again_for_other_rules_robots_and_paths(tmp_path, run_paper):
     usual = run_paper("aifqsmc", "run.horizon=1")[1]
     before = len(simulate.loop.run_periods.nopython_signatures)
     edited_rules(tmp_path, "ais_reaction.fz", ("ZO |  ZO  PS  PM  PS  ZO", "ZO |  ZO  PS  NS  PS  ZO"))
     changed = run("paper", "aifqsmc", "run.horizon=1", folders=(tmp_path,))
     assert not np.array_equal(changed.values, usual.values)
+    for name in ("own-references", "five-robots"):
+        run(name, "aifqsmc", "run.horizon=1")
     assert len(simulate.loop.run_periods.nopython_signatures) == before
 
 
