@@ -182,8 +182,9 @@ class LoopProver:
             refuted = self._refuted[position]
             if not self._assumed:
                 return refuted
-            reason = f"in double precision, with the noise of its seeds, a member breaks it: {refuted.note}"
-            return Undecided(refuted.claim, reason, span=claim.span)
+            kinds = ((self.chip, "in double precision"), (self.noise, "with the noise of its seeds"))
+            where = " and ".join(text for kind, text in kinds if kind is not None)
+            return Undecided(refuted.claim, f"{where} a member breaks it: {refuted.note}", span=claim.span)
         if position not in self._verdicts:
             if reason := self._unsuited or why_not_alike(self.loop, claim):
                 self._verdicts[position] = Undecided(guarantee_text(claim), reason)
