@@ -176,7 +176,11 @@ def _kept(
 
 
 def broken_at(
-    g: Always, t: FloatArray, signal: Callable[[Expr], FloatArray], params: Mapping[str, float], more: float = 0.0
+    g: Always,
+    t: FloatArray,
+    signal: Callable[[Expr], FloatArray],
+    params: Mapping[str, float],
+    more: float | FloatArray = 0.0,
 ) -> npt.NDArray[np.intp]:
     """Return the samples at which a claim about every instant is broken, by more than its tolerance and some more."""
     import numpy as np
@@ -201,7 +205,9 @@ def operands_of(claim: Expr) -> Iterator[Expr]:
             yield claim
 
 
-def _truths(claim: Expr, signal: Callable[[Expr], FloatArray], within: float) -> tuple[BoolArray, BoolArray]:
+def _truths(
+    claim: Expr, signal: Callable[[Expr], FloatArray], within: float | FloatArray
+) -> tuple[BoolArray, BoolArray]:
     """Return whether a condition holds, and whether it fails, at each sample, shapes (n,); neither for NaN."""
     match claim:
         case Logic(op="not", operands=(operand,)):

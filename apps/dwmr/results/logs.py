@@ -97,6 +97,11 @@ def read_logs(
         if len(log.gaps)
     ]
     messages += [f"there is no {robot}" for robot in scenario.robots if robot not in logs]
+    messages += [
+        f"{robot} begins at {log.t[0]:.6g} s, the run ends at {horizon:g} s: it is not compared"
+        for robot, log in logs.items()
+        if 0.0 < horizon < log.t[0]
+    ]
     ends = {name: float(log.t[-1]) for name, log in logs.items() if log.t[-1] + GAP * log.step < horizon}
     if ends:
         parts = ", ".join(f"{name} ends at {end:.6g} s" for name, end in ends.items())
@@ -212,12 +217,15 @@ def differences(trajectory: Trajectory, logs: Mapping[str, Log]) -> dict[str, di
     """Return root mean square differences of a run from logs by robot, at the stamps of each log.
 
     Returns:
-        x, y, theta, v, omega as far as the log has them, `distance` of the places [m], and the number of `samples`.
+        x, y, theta, v, omega as far as the log has them, `distance` of the places [m], and the number of `samples`;
+        without robots whose log begins after the run.
     """
     run = finite_part(trajectory)
     table: dict[str, dict[str, float]] = {}
     for robot, log in logs.items():
         i, within = run.robots.index(robot), log.t <= run.t[-1]
+        if not within.any():
+            continue
         apart = {k: one[within] - np.interp(log.t[within], run.t, run[k][:, i]) for k, one in log.signals.items()}
         apart["theta"] = wrap_array(apart["theta"])
         apart["distance"] = np.hypot(apart["x"], apart["y"])

@@ -9,6 +9,9 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.scenario_keys import Places
 
+#: Most robots of a circle that a message names.
+_LONGEST = 12
+
 
 def nearest(scenario: Scenario) -> dict[str, Edge | None]:
     """Return the edge of each robot on its shortest way to a reference, None for a robot on one.
@@ -72,7 +75,8 @@ def formation_mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnosti
             elif edge.leader == name:
                 yield places.diagnostic("FZ904", key, f"{key} = {name!r}: a robot cannot follow itself")
             elif k == 0 and name not in edges and (circle := _circle(scenario, name)):
-                message = f"{key} leads back to {name}: {' -> '.join(circle)}; some robot must follow the reference"
+                shown = circle if len(circle) <= _LONGEST else (*circle[: _LONGEST - 2], "...", name)
+                message = f"{key} leads back to {name}: {' -> '.join(shown)}; some robot must follow the reference"
                 circles.setdefault(frozenset(circle), []).append(places.diagnostic("FZ904", key, message))
         if robot.formation is not None and name not in robot.leaders:
             yield from _on_reference_only(scenario, name, places)
@@ -96,11 +100,13 @@ def _on_reference_only(scenario: Scenario, name: str, places: Places) -> Iterabl
 
 def _circle(scenario: Scenario, name: str) -> tuple[str, ...]:
     """Return the way from a robot over the first leader of each back to itself, or nothing."""
-    robots = [name]
-    while (leaders := scenario.robots[robots[-1]].leaders) and leaders[0] in scenario.robots:
-        if leaders[0] in robots:
-            return (*robots, name) if leaders[0] == name else ()
-        robots.append(leaders[0])
+    robots = {name: None}  # in order
+    last = name
+    while (leaders := scenario.robots[last].leaders) and leaders[0] in scenario.robots:
+        last = leaders[0]
+        if last in robots:
+            return (*robots, name) if last == name else ()
+        robots[last] = None
     return ()
 
 

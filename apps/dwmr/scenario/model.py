@@ -231,10 +231,11 @@ class Consensus(Section):
     @property
     def edges(self) -> tuple[Edge, ...]:
         """The places whose weighted mean the follower keeps."""
-        share = 1.0 / len(self.neighbours)
+        weights = [one.weight or 1.0 for one in self.neighbours]
+        total = math.fsum(weights)
         return tuple(
-            Edge(one.leader, one.separation, one.bearing, one.weight or share, f"neighbours.{k}.leader")
-            for k, one in enumerate(self.neighbours)
+            Edge(one.leader, one.separation, one.bearing, weight / total, f"neighbours.{k}.leader")
+            for k, (one, weight) in enumerate(zip(self.neighbours, weights, strict=True))
         )
 
 

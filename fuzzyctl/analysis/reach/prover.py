@@ -182,8 +182,9 @@ class LoopProver:
             refuted = self._refuted[position]
             if not self._assumed:
                 return refuted
-            reason = f"in double precision, with the noise of its seeds, a member breaks it: {refuted.note}"
-            return Undecided(refuted.claim, reason, span=claim.span)
+            kinds = ((self.chip, "in double precision"), (self.noise, "with the noise of its seeds"))
+            where = " and ".join(text for kind, text in kinds if kind is not None)
+            return Undecided(refuted.claim, f"{where} a member breaks it: {refuted.note}", span=claim.span)
         if position not in self._verdicts:
             if reason := self._unsuited or why_not_alike(self.loop, claim):
                 self._verdicts[position] = Undecided(guarantee_text(claim), reason)
@@ -287,6 +288,7 @@ class LoopProver:
                 for k in due[box]:
                     asked[k].proved += k not in failed
                 cut = max((broken[k][box][2] for k in failed), key=lambda b: b[1], default=(-1, 0.0))[0]
+                cut = cut if cut >= 0 else widest(low[box], high[box])
                 room = settled + len(boxes) + len(batch) < MOST_BOXES and clock.used() < until
                 if failed and cut >= 0 and room:
                     # In the halves only the claims that are open in the whole are examined.
@@ -408,7 +410,7 @@ class LoopProver:
             row = form[box]
             total = np.abs(row[1:]).sum()
             shares += np.abs(row[2 : 2 + width]) / total if total else 0.0
-        return int(np.argmax(shares)), float(np.max(shares))
+        return (int(np.argmax(shares)), float(np.max(shares))) if shares.any() else (-1, 0.0)
 
     def _judged(self, claim: _Claim) -> Verdict:
         text = guarantee_text(claim.claim)

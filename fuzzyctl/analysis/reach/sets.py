@@ -172,8 +172,9 @@ def _boxed(g: Form, scale: Form, motion: tuple[Form, Form] | None) -> tuple[Form
 
 
 def widest(low: Form, high: Form) -> int:
-    """Return the longest side of a box beside the size of its numbers, -1 if it has no sides."""
-    return int(np.argmax((high - low) / np.maximum(np.abs(low), np.abs(high) + 1e-300))) if len(low) else -1
+    """Return the longest side of a box beside the size of its numbers, -1 if none has a length."""
+    lengths = (high - low) / np.maximum(np.abs(low), np.abs(high) + 1e-300)
+    return int(np.argmax(lengths)) if lengths.any() else -1
 
 
 def halves(low: Form, high: Form, side: int) -> list[tuple[Form, Form]]:

@@ -125,6 +125,16 @@ class TestBeside:
         assert row["distance"] == pytest.approx(np.hypot(x, y), abs=1e-9)
         assert row["theta"] < 1e-9
 
+    def test_a_log_that_begins_after_the_run_is_not_compared(self, tmp_path):
+        rows = [f"{t},leader,0,0,0\n" for t in (0, 0.1)] + [f"{t},follower1,0,0,0\n" for t in (5, 5.1)]
+        path = written(tmp_path, HEAD + "".join(rows))
+        short = ("--set", "run.horizon=0.1", "--controller", "smc", "-o", tmp_path / "a")
+        done = here("run", "paper", *short, "--beside", path)
+        assert "in the log: follower1 begins at 5 s, the run ends at 0.1 s: it is not compared" in done.stderr
+        assert "empty slice" not in done.stdout + done.stderr
+        summary = json.loads((tmp_path / "a" / "summary.json").read_text(encoding="utf-8"))
+        assert list(summary["controllers"]["smc"]["log"]) == ["leader"]
+
     def test_a_table_is_shown_whatever_was_changed(self, tmp_path):
         short = ("--set", "run.horizon=0.1", "-o", tmp_path / "a")
         done = here("run", "paper", *short, "--controller", "smc", "--beside", "table12")

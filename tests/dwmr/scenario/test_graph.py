@@ -75,6 +75,22 @@ def test_a_circle_is_shown_in_the_scenario_itself_not_in_one_that_it_extends(tmp
     assert "follower2 -> back -> follower2" in one.message
 
 
+def test_weights_with_few_decimals_count_as_shares():
+    """A place 1e6 m away would move by metres."""
+    weights = (0.333333, 0.333333, 0.333333)
+    value = neighbours(*zip(("leader", "follower2", "leader"), weights, strict=True))
+    edges = read("paper", [f"robots.follower1.formation={value}"]).scenario.robots["follower1"].edges
+    assert sum(one.weight for one in edges) == pytest.approx(1.0, abs=1e-15)
+
+
+def test_a_long_circle_is_shown_in_part():
+    robot = 'robots.r{}={{x_0=0,y_0={},theta_0=0,d=0.4,formation={{leader="r{}",separation=1.25,bearing=2.0}}}}'
+    robots = [robot.format(k, 2 * k, (k + 1) % 40) for k in range(40)]
+    first = next(m for m in messages("paper", *robots) if "leads back" in m)
+    assert first.count("->") == 11
+    assert "-> ... -> r0; some robot" in first
+
+
 def test_a_cycle_from_which_a_way_leads_to_the_reference_is_none():
     overrides = (
         f"robots.follower1.formation={neighbours(('follower2',), ('leader',))}",

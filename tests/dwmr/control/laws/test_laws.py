@@ -194,8 +194,10 @@ class TestAifqsmc:
 class TestOneChannel:
     """The closed loop with proved bounds has the law of AIFQSMC."""
 
-    def test_it_pushes_and_adapts_as_the_law_does(self):
-        loop, law = compiled("one_channel"), compiled("immune_channel")
+    @pytest.mark.parametrize("gamma", [0.15, 0.4])  # of the channels of `paper`
+    def test_it_pushes_and_adapts_as_the_law_does(self, gamma):
+        loop = compiled("one_channel")
+        law = compiled("immune_channel", gamma=gamma)
         state, own = np.array(loop.start()), np.array(law.start())
         rng, b, before, largest = np.random.default_rng(0), 0.5, 0.0, 0.0
         for period in range(2000):
@@ -204,7 +206,7 @@ class TestOneChannel:
             d = 0.28 * np.sign(np.sin(period * DT)) if period % 600 < 400 else rng.uniform(-0.28, 0.28)
             values, own = law(sigma, own, dt=DT)
             wanted = dict(zip(law.output_names, values, strict=True))
-            values, state = loop(d, change, b, state)
+            values, state = loop(d, change, b, gamma, state)
             outputs = dict(zip(loop.output_names, values, strict=True))
             assert outputs["push"] == pytest.approx(wanted["push"], abs=1e-12)
             assert outputs["gain"] == pytest.approx(wanted["gain"], abs=1e-12)

@@ -322,3 +322,21 @@ for p.x in [0.9, 1]
     assert proofs(loop) == [proved]
     run = Experiment(with_settings(loop, {"p.x": 1.0}), "python").run()
     assert (max(run["slow.z"][run.t <= 0.75]) <= limit) == proved
+
+
+def test_a_side_without_length_is_not_cut_and_the_start_has_no_error(monkeypatch):
+    """A claim that all members break at the start is refuted, also by less than the error of runs."""
+    monkeypatch.setattr(prover, "MOST_BOXES", 600)
+    claims = [f"require always p.y in (0.3, {limit})" for limit in ("1", "1.01")]
+    lines = ["for p.x in [1, 1]", "run 1 s step 100 ms", *claims, "require always p.y < 1 forever", "require stable"]
+    looking = prover.LoopProver(alone("der x = -x", *lines), 20.0)
+    first, second, forever, stable = map(looking.verdict, looking.own)
+    assert isinstance(first, Refuted)
+    assert first.note.startswith("at t = 0 s, p.y = 1")
+    assert isinstance(second, Proved)
+    assert second.note.endswith("in 1 box")
+    assert isinstance(forever, Refuted)
+    assert isinstance(stable, Proved)
+    looking = prover.LoopProver(alone("der x = -x", *lines), 20.0)
+    looking.__dict__["_refuted"] = {}
+    assert looking.verdict(looking.own[0]).remaining == 1
