@@ -77,7 +77,7 @@ def formation_mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnosti
         if robot.formation is not None and name not in robot.leaders:
             yield from _on_reference_only(scenario, name, places)
     for each in circles.values():  # one of each, if possible in the scenario itself and not in one that it extends
-        yield next((one for one in each if one.span and one.span.source.name == places.source.name), each[0])
+        yield next((one for one in each if not one.span or one.span.source.name == places.source.name), each[0])
 
 
 def _on_reference_only(scenario: Scenario, name: str, places: Places) -> Iterable[Diagnostic]:
