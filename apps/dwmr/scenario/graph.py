@@ -80,9 +80,8 @@ def formation_mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnosti
                 circles.setdefault(frozenset(circle), []).append(places.diagnostic("FZ904", key, message))
         if robot.formation is not None and name not in robot.leaders:
             yield from _on_reference_only(scenario, name, places)
-    file = places.source.name
-    for each in circles.values():  # one of each: on the command line, in the scenario, in one that it extends
-        yield min(each, key=lambda one: one.span is not None and 1 + (one.span.source.name != file))
+    for each in circles.values():  # one of each, if possible in the scenario itself and not in one that it extends
+        yield next((one for one in each if not one.span or one.span.source.name == places.source.name), each[0])
 
 
 def _on_reference_only(scenario: Scenario, name: str, places: Places) -> Iterable[Diagnostic]:

@@ -28,6 +28,7 @@ def diagnose(
     prefix: tuple[str, ...] = (),
     robots: int = 0,
     known: Sequence[str] = (),
+    table: type[BaseModel] | None = None,
 ) -> list[Diagnostic]:
     """Turn pydantic's errors into diagnostics in the order of their places.
 
@@ -37,13 +38,14 @@ def diagnose(
         prefix: Key of the table that was validated.
         robots: How many robots there are; what all of them lack is missing in the common table.
         known: The robots that files name; an incomplete one that only the command line names is a slip of its name.
+        table: Type of the validated table if scenarios do not know it, as of the gains of a law in Python.
     """
     # a mistake in the common table shows once, not once per robot
     errors = _few_of_each_list([e for e in error.errors(include_url=False) if not _miscounted(e, error)])
     misspelt = dict.fromkeys(e["loc"][1] for e in errors if known and _lacks(e) and e["loc"][1] not in known)
     errors = [e for e in errors if e["loc"][:1] != ("robots",) or e["loc"][1:2] == () or e["loc"][1] not in misspelt]
     diagnostics = dict.fromkeys(_unknown_robot(places, str(name), known) for name in misspelt)
-    diagnostics |= dict.fromkeys(_diagnose(e, places, prefix) for e in _once(errors, robots - len(misspelt)))
+    diagnostics |= dict.fromkeys(_diagnose(e, places, prefix, table) for e in _once(errors, robots - len(misspelt)))
     return sorted(diagnostics, key=lambda d: d.span.start if d.span else -1)
 
 
@@ -108,7 +110,7 @@ def _lacks(error: Any) -> bool:
     return error["type"] == "missing" and error["loc"][:1] == ("robots",) and len(error["loc"]) > 2
 
 
-def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic:
+def _diagnose(error: Any, places: Places, prefix: tuple[str, ...], table: type[BaseModel] | None = None) -> Diagnostic:
     """Turn one of pydantic's errors into a diagnostic with key, value, bound and unit."""
     typed = (*prefix, *(str(p) for p in error["loc"]))
     path = _as_written(typed)
@@ -116,7 +118,7 @@ def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic
         path = (*path, "kind")
     key, span, argument = places.resolve((COMMON, *path[2:]) if error.get("common") else path)
     file = f"--set {argument}" if argument else places.source.name
-    info = _field(typed)
+    info = _field(typed) if table is None else table.model_fields.get(typed[-1])
     unit = f" {info.json_schema_extra['unit']}" if info and isinstance(info.json_schema_extra, dict) else ""
     unit = "" if unit == " -" else unit
     meaning: tuple[str, ...] = ()
@@ -124,7 +126,7 @@ def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic
         meaning = (f"{path[-1]} is: {info.description}{f' [{unit.strip()}]' if unit else ''}",)
     match error["type"]:
         case "extra_forbidden":
-            keys = _known_keys(typed[:-1])
+            keys = _known_keys(typed[:-1]) if table is None else tuple(table.model_fields)
             parent = key.rpartition(".")[0] or "a scenario"
             facts = (f"{parent} has the keys {', '.join(keys)}",)
             hint = _elsewhere(path[-1]) if len(typed) == 1 else ""

@@ -199,5 +199,5 @@ def settings_of(file: ScenarioFile, robot: str, name: str, law: Any) -> LawSetti
         try:
             settings: LawSettings = law.Settings.model_validate(gains)
         except ValidationError as error:
-            raise DiagnosticError(diagnose(error, file.places, tuple(split_key(key)))) from None
+            raise DiagnosticError(diagnose(error, file.places, tuple(split_key(key)), table=law.Settings)) from None
     return settings

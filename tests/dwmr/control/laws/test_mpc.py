@@ -98,7 +98,10 @@ class TestLaw:
 
     def test_a_table_of_a_robot_has_its_weights_and_a_wrong_one_is_refused(self):
         (one,) = diagnostics(run, "paper", "mpc", "robots.leader.controllers.mpc.r_v=0")
-        assert one.message == "robots.leader.controllers.mpc.r_v must be > 0, got 0"
+        assert one.message == "robots.leader.controllers.mpc.r_v must be > 0 s², got 0"
+        (one,) = diagnostics(run, "paper", "mpc", "robot.controllers.mpc.r_w=1")
+        assert one.message == "unknown key robot.controllers.mpc.r_w"
+        assert one.facts == ("robot.controllers.mpc has the keys q_y, q_theta, r_v, r_omega, steps, every",)
         (one,) = diagnostics(run, "paper", "mpc", "robot.controllers.mpc.steps=2.5")
         assert one.message.startswith("robot.controllers.mpc.steps must be a whole number")
 
