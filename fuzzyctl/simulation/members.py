@@ -105,7 +105,7 @@ def is_broken(claim: Always, loop: Loop, member: Member, run: Run) -> bool:
     """Return whether a member breaks a claim by more than the error of its run, which a run with finer steps shows.
 
     Steps across a jump of a derivative err by as much as a signal moves in a step, whatever their length. At the start
-    nothing is integrated yet.
+    there is no such error.
     """
     fine = next(runs(loop, [member], substeps=_FINER))
     params = {**loop.param_values.values, **run.params}

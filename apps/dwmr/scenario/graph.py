@@ -75,8 +75,8 @@ def formation_mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnosti
             elif edge.leader == name:
                 yield places.diagnostic("FZ904", key, f"{key} = {name!r}: a robot cannot follow itself")
             elif k == 0 and name not in edges and (circle := _circle(scenario, name)):
-                shown = circle if len(circle) <= _LONGEST else (*circle[: _LONGEST - 2], "...", name)
-                message = f"{key} leads back to {name}: {' -> '.join(shown)}; some robot must follow the reference"
+                chain = circle if len(circle) <= _LONGEST else (*circle[: _LONGEST - 2], "...", name)
+                message = f"{key} leads back to {name}: {' -> '.join(chain)}; some robot must follow the reference"
                 circles.setdefault(frozenset(circle), []).append(places.diagnostic("FZ904", key, message))
         if robot.formation is not None and name not in robot.leaders:
             yield from _on_reference_only(scenario, name, places)
