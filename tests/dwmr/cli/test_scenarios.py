@@ -190,7 +190,8 @@ class TestShow:
         lines = said.split("Control laws\n")[1].splitlines()
         files = {line.split()[0]: line.split()[1] for line in lines}
         assert {"ackermann", "aifqsmc", "aifqsmc_without_layer", "fcafsmc", "omnidirectional", "smc"} < files.keys()
-        assert all((rules_folder() / file).is_file() for file in files.values())
+        assert files["mpc"] == "mpc.py"
+        assert all((rules_folder() / file).is_file() for name, file in files.items() if name != "mpc")
         assert files["fcafsmc"] == "fcafsmc_law.fz"
         assert all(line.endswith((".", f"with {line.split()[0].partition('_without_')[2]} = 0")) for line in lines)
         assert json.loads(dwmr("show", "--format", "json")[1])["laws"] == files

@@ -133,6 +133,12 @@ class TestSteps:
 
 
 class TestLongLists:
+    def test_too_many_robots_are_refused_with_their_limit(self, tmp_path):
+        start = "x_0 = 0.0\ny_0 = 0.0\ntheta_0 = 0.0\nd = 0.4\n"
+        robots = "".join(f"[robots.r{k}]\n{start}" for k in range(1001))
+        (tmp_path / "many.toml").write_text(f'extends = "paper"\n{robots}', encoding="utf-8")
+        assert messages(tmp_path / "many.toml") == ["robots must have at most 1000 elements, has more"]
+
     def test_are_refused_at_once(self):
         many = ",".join(["{x=0,y=99,radius=0.1}"] * 20_000)
         with at_most(5):
