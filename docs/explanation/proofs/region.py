@@ -102,15 +102,15 @@ def region(path: Path, depth: int, timeout: float) -> Region:
     return Region(names, (x, y), proved, lost(loop, names, (x, y)))
 
 
-def draw(found: Region, path: Path) -> None:
+def draw(result: Region, path: Path) -> None:
     """Write the picture of a region."""
     figure = Figure(figsize=(6.4, 5.4), layout="constrained")
     axes = figure.subplots()
-    for (left, right), (low, high) in found.proved:
+    for (left, right), (low, high) in result.proved:
         axes.add_patch(Rectangle((left, low), right - left, high - low, fc="#009e73", ec="white", lw=0.4))
-    axes.plot(*found.lost.T, ".", color="#d55e00", ms=4, label="starts whose runs leave")
+    axes.plot(*result.lost.T, ".", color="#d55e00", ms=4, label="starts whose runs leave")
     axes.add_patch(Rectangle((0, 0), 0, 0, fc="#009e73", label="proved to converge"))
-    axes.set(xlim=found.whole[0], ylim=found.whole[1], xlabel=found.names[0], ylabel=found.names[1])
+    axes.set(xlim=result.whole[0], ylim=result.whole[1], xlabel=result.names[0], ylabel=result.names[1])
     figure.legend(loc="outside upper center", ncols=2)
     figure.savefig(path, dpi=120)
 
@@ -122,11 +122,11 @@ def main() -> None:
     options.add_argument("-o", "--output", type=Path, default=Path("region.png"))
     options.add_argument("--depth", type=int, default=3, help="how often a rectangle is cut at most")
     options.add_argument("--timeout", type=float, default=1.5, help="processor time for each rectangle [s]")
-    given = options.parse_args()
-    found = region(given.file, given.depth, given.timeout)
-    draw(found, given.output)
-    print(f"proved: {100 * found.share:.1f} % of the map, in {len(found.proved)} rectangles")
-    print(f"runs that leave: {len(found.lost)} of {RUNS * RUNS}")
+    arguments = options.parse_args()
+    result = region(arguments.file, arguments.depth, arguments.timeout)
+    draw(result, arguments.output)
+    print(f"proved: {100 * result.share:.1f} % of the map, in {len(result.proved)} rectangles")
+    print(f"runs that leave: {len(result.lost)} of {RUNS * RUNS}")
 
 
 if __name__ == "__main__":
