@@ -24,7 +24,7 @@ def between(low: int, high: int) -> list[int]:  # all numbers from low to high
     return [(low + high) >> 1, high - ((low + high) >> 1)]
 def enclosed(low: Any, high: Any) -> list[int]: return between(hinted(low), -hinted(-high))  # ends are cut outward
 def add(a: Any, b: Any) -> Any: return need(True, "", len(a + b)) or [x + y for x, y in zip_longest(a, b, fillvalue=0)]
-def minus(a: list[int], b: list[int]) -> list[int]: return add(a, times(b, MINUS))
+def minus(a: Any, b: Any) -> Any: return add(a, times(b, MINUS))
 def total(forms: Any) -> list[int]: return reduce(add, forms, [0, 0])
 def times(a: list[int], b: list[int]) -> list[int]:  # e e lies in [0, 1] = 1/2 + [-1/2, 1/2], e f in [-1, 1]
     if not (any(a) and any(b)): return [0, 0]
@@ -56,7 +56,7 @@ def looked_up(knots: Any, values: Any, point: Any) -> int:  # linear in each inp
     i = max(j for j in range(len(k) - 1) if k[j] <= x)
     first, last = (looked_up(knots[1:], values[j], point[1:]) for j in (i, i + 1))
     return int(first + (last - first) * (x - k[i]) // (k[i + 1] - k[i]))
-def tabulated(table: Any, inputs: Any, hint: Any) -> list[int]:  # a plane plus an error
+def tabulated(table: Any, inputs: Any, hint: Any) -> Any:  # a plane plus an error
     (knots, values), (slopes, shears), (low, high), rest = table, hint, ends(inputs[0]), []
     cuts = [low, *sorted({low + (high - low) * i // SLABS for i in range(SLABS)} | {*knots[0]}), high]
     bounds: Any = [[(s, *ends(minus(y, times(inputs[0], [s, 0])))) for s in (0, *shears)] for y in inputs[1:]]
