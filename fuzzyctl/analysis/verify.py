@@ -24,7 +24,7 @@ def between(low: int, high: int) -> list[int]:  # all numbers from low to high
     return [(low + high) >> 1, high - ((low + high) >> 1)]
 def enclosed(low: Any, high: Any) -> list[int]: return between(hinted(low), -hinted(-high))  # ends are cut outward
 def add(a: Any, b: Any) -> Any: return need(True, "", len(a + b)) or [x + y for x, y in zip_longest(a, b, fillvalue=0)]
-def minus(a: list[int], b: list[int]) -> Any: return add(a, times(b, MINUS))
+def minus(a: Any, b: Any) -> Any: return add(a, times(b, MINUS))
 def total(forms: Any) -> list[int]: return reduce(add, forms, [0, 0])
 def times(a: list[int], b: list[int]) -> list[int]:  # e e lies in [0, 1] = 1/2 + [-1/2, 1/2], e f in [-1, 1]
     if not (any(a) and any(b)): return [0, 0]

@@ -130,8 +130,8 @@ class _Reader:
         heads = {c: next((h for h in (*c.heads, c.name) if h in names), None) for c in form.columns}
         if missing := [c for c, head in heads.items() if head is None and c.is_required]:
             message = f"the first line names no column {', '.join(c.name for c in missing)}"
-            facts: tuple[str, ...] = (f"its columns are {', '.join(n or '(blank)' for n in names[:10])}",)
-            facts += tuple(f"other names of {c.name}: {', '.join(c.heads)}" for c in missing if c.heads)
+            others = (f"other names of {c.name}: {', '.join(c.heads)}" for c in missing if c.heads)
+            facts = (f"its columns are {', '.join(n or '(blank)' for n in names[:10])}", *others)
             hint = did_you_mean(missing[0].name, tuple({*names} - {"", *heads.values()})) or form.help
             raise DiagnosticError([place(source, form.code, number, message, facts, hint)])
         if twice := [head for head in heads.values() if head is not None and names.count(head) > 1]:
