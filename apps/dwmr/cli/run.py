@@ -114,11 +114,15 @@ def _table(beside: Path | None, names: Sequence[str], task: run_options.Task) ->
     """Return the number of the paper's table that --beside names, None if it names another file.
 
     Raises:
-        click.BadParameter: If no law or robot of the run is in the table.
+        click.BadParameter: If no law or robot of the run is in the table, and for another table.
     """
     from dwmr.results.paper_tables import TABLES
 
-    number = {f"table{number}": number for number in TABLES}.get(str(beside))
+    known = {f"table{number}": number for number in TABLES}
+    number = known.get(str(beside))
+    if beside is not None and number is None and beside.name.lower().startswith("table") and not beside.exists():
+        message = f"{beside} is no file, and the paper's tables are {' and '.join(known)}."
+        raise click.BadParameter(message, param_hint="'--beside'")
     if number is not None:
         robots = set(task.file.scenario.robots)
         if not any(robots & set(TABLES[number].get(name, {})) for name in names):

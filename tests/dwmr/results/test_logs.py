@@ -137,6 +137,8 @@ class TestBeside:
         assert "Table 12 speaks of another run: run.horizon is not the paper's" in done.stdout.replace("\n", " ")
         done = here("run", "paper", *short, "--controller", "smc", "--beside", "table13", status=2)
         assert "Table 13 has no row of this run" in done.stderr
+        done = here("run", "paper", *short, "--beside", "table14", status=2)
+        assert "table14 is no file, and the paper's tables are table12 and table13" in done.stderr.replace("\n", " ")
 
     def test_mistakes_end_the_command_before_it_computes(self, tmp_path):
         path = written(tmp_path, HEAD + "0,leader,0,0,0\n0,leader,x,0,0\n")
