@@ -70,7 +70,7 @@ def run(
             names = run_options.laws_of(task, controller)
             _require_bag(bag, folder, names, task)
             table = _table(beside, names, task)
-            logs = _logs(beside, task) if beside is not None and table is None else {}
+            logs = _logs(beside, task, folder) if beside is not None and table is None else {}
             summary, written = _run(task, names, folder, formats, bag, logs, begin)
         if len(summary["controllers"]) < len(names) or any(map(_is_interrupted, summary["controllers"].values())):
             say(f"interrupted: the results of {', '.join(summary['controllers'])} until then are in {folder}", err=True)
@@ -132,10 +132,18 @@ def _table(beside: Path | None, names: Sequence[str], task: run_options.Task) ->
     return number
 
 
-def _logs(path: Path, task: run_options.Task) -> Mapping[str, Log]:
-    """Return the logs of a file by robot, and print warnings about them."""
+def _logs(path: Path, task: run_options.Task, folder: Path) -> Mapping[str, Log]:
+    """Return the logs of a file by robot, and print warnings about them.
+
+    Raises:
+        click.BadParameter: If the results replace the file.
+    """
+    from dwmr.output.data import NAMES
     from dwmr.results import logs
 
+    if path.name in NAMES and path.resolve().parent == folder.resolve():
+        message = f"{path} is replaced by the results; name another folder with -o."
+        raise click.BadParameter(message, param_hint="'--beside'")
     by_robot, warnings = logs.read_logs(path, task.file.scenario, horizon=task.file.scenario.run.horizon)
     show(warnings)
     return by_robot
