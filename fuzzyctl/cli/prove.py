@@ -26,6 +26,7 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     code_of,
     end_of_range,
+    remark,
     report,
     show,
 )
@@ -347,6 +348,8 @@ def _prove(proof: Proof, timeout: float, tell: Callable[[str], None] | None, set
             chip = chip_of(proof.block, str(setting.form))
         proof.prover = prover_of(proof.block, timeout, chip=chip, noise=setting.noise)
         proof.prover.settings = setting.choice.of_params(settable(proof.block)).settings
+        if others := [f"--set {t}" for t in setting.choice.settings if t not in proof.prover.settings]:
+            remark(f"note: {' '.join(others)} sets nothing in loop '{proof.block.name}', but in another block")
     else:
         proof.prover = prover_of(proof.block, timeout)
     prover = proof.prover

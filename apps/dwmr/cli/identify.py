@@ -48,6 +48,8 @@ def identify(log: Path, scenario: str, overrides: tuple[str, ...], path: Path | 
     """
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         file = read_scenario(scenario, overrides)
+        if path is not None and path.resolve() in (log.resolve(), file.path.resolve()):
+            raise click.BadParameter(f"{path} is read; write another file.", param_hint="'--output'")
         with nullcontext() if path is None else one_file(path) as files:
             identified = _identified(log, file.scenario)
             if path is not None and files is not None:

@@ -70,7 +70,7 @@ def run(
             names = run_options.laws_of(task, controller)
             _require_bag(bag, folder, names, task)
             table = _table(beside, names, task)
-            logs = _logs(beside, task) if beside is not None and table is None else {}
+            logs = _logs(beside, task, folder) if beside is not None and table is None else {}
             summary, written = _run(task, names, folder, formats, bag, logs, begin)
         if len(summary["controllers"]) < len(names) or any(map(_is_interrupted, summary["controllers"].values())):
             say(f"interrupted: the results of {', '.join(summary['controllers'])} until then are in {folder}", err=True)
@@ -114,11 +114,15 @@ def _table(beside: Path | None, names: Sequence[str], task: run_options.Task) ->
     """Return the number of the paper's table that --beside names, None if it names another file.
 
     Raises:
-        click.BadParameter: If no law or robot of the run is in the table.
+        click.BadParameter: If no law or robot of the run is in the table, and for another table.
     """
     from dwmr.results.paper_tables import TABLES
 
-    number = {f"table{number}": number for number in TABLES}.get(str(beside))
+    known = {f"table{number}": number for number in TABLES}
+    number = known.get(str(beside))
+    if beside is not None and number is None and beside.name.lower().startswith("table") and not beside.exists():
+        message = f"{beside} is no file, and the paper's tables are {' and '.join(known)}."
+        raise click.BadParameter(message, param_hint="'--beside'")
     if number is not None:
         robots = set(task.file.scenario.robots)
         if not any(robots & set(TABLES[number].get(name, {})) for name in names):
@@ -128,10 +132,18 @@ def _table(beside: Path | None, names: Sequence[str], task: run_options.Task) ->
     return number
 
 
-def _logs(path: Path, task: run_options.Task) -> Mapping[str, Log]:
-    """Return the logs of a file by robot, and print warnings about them."""
+def _logs(path: Path, task: run_options.Task, folder: Path) -> Mapping[str, Log]:
+    """Return the logs of a file by robot, and print warnings about them.
+
+    Raises:
+        click.BadParameter: If the results replace the file.
+    """
+    from dwmr.output.data import NAMES
     from dwmr.results import logs
 
+    if path.name in NAMES and path.resolve().parent == folder.resolve():
+        message = f"{path} is replaced by the results; name another folder with -o."
+        raise click.BadParameter(message, param_hint="'--beside'")
     by_robot, warnings = logs.read_logs(path, task.file.scenario, horizon=task.file.scenario.run.horizon)
     show(warnings)
     return by_robot

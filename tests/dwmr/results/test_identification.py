@@ -100,6 +100,17 @@ def test_residuals_above_the_noise_are_warned_of(tmp_path):
     assert study.identified(study.log_of(study.truth(), 3, correlation=0.6), study.scenario()).excess < 3.0
 
 
+def test_a_file_that_is_read_is_not_replaced(tmp_path):
+    log = csv_of(tmp_path / "log.csv", study.log_of(study.truth(), 3))
+    mine = tmp_path / "mine.toml"
+    mine.write_text('extends = "paper-with-limits"\nname = "mine"\n', encoding="utf-8")
+    for path in (log, mine):
+        before = path.read_bytes()
+        done = here("identify", log, "--scenario", mine, "-o", path, status=2)
+        assert f"{path.name} is read; write another file." in done.stderr.replace("\n", "")
+        assert path.read_bytes() == before
+
+
 def test_the_command_writes_a_scenario_with_the_values(tmp_path):
     words = [word for one in study.FORCES for word in ("--set", one)]
     log = csv_of(tmp_path / "log.csv", study.log_of(study.truth(), 3))

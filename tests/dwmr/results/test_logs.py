@@ -125,6 +125,12 @@ class TestBeside:
         assert row["distance"] == pytest.approx(np.hypot(x, y), abs=1e-9)
         assert row["theta"] < 1e-9
 
+    def test_a_log_among_the_results_is_not_replaced(self, tmp_path):
+        log = written(tmp_path, HEAD + "0,leader,0,0,0\n0.1,leader,0,0,0\n").rename(tmp_path / "trajectory.csv")
+        done = here("run", "paper", "--set", "run.horizon=0.1", "-o", tmp_path, "--beside", log, status=2)
+        assert "is replaced by the results; name another folder with -o" in done.stderr.replace("\n", " ")
+        assert log.exists()
+
     def test_a_log_that_begins_after_the_run_is_not_compared(self, tmp_path):
         rows = [f"{t},leader,0,0,0\n" for t in (0, 0.1)] + [f"{t},follower1,0,0,0\n" for t in (5, 5.1)]
         path = written(tmp_path, HEAD + "".join(rows))
@@ -142,6 +148,8 @@ class TestBeside:
         assert "Table 12 speaks of another run: run.horizon is not the paper's" in done.stdout.replace("\n", " ")
         done = here("run", "paper", *short, "--controller", "smc", "--beside", "table13", status=2)
         assert "Table 13 has no row of this run" in done.stderr
+        done = here("run", "paper", *short, "--beside", "table14", status=2)
+        assert "table14 is no file, and the paper's tables are table12 and table13" in done.stderr.replace("\n", " ")
 
     def test_mistakes_end_the_command_before_it_computes(self, tmp_path):
         path = written(tmp_path, HEAD + "0,leader,0,0,0\n0,leader,x,0,0\n")

@@ -215,3 +215,16 @@ def test_params_of_blocks_that_are_set_are_those_of_the_loop(write):
             assert simulate(path, *options.split()).exit_code == 1
     done = run(path, "--set", "B=10")
     assert (done.exit_code, "no param 'B'" in done.stderr) == (2, True)
+
+
+def test_a_param_that_a_loop_does_not_take_is_named(write):
+    """That of a controller inside a controller; the loop keeps its value, as `simulate` says by an error."""
+    text = "controller inner\ninput y\nparam k = 1\noutput w = k * y\n"
+    text += "controller law\ninput y\nblock i = inner(y)\noutput u = -i.w\nevery 100 ms\n"
+    text += "plant p\ninput u\nstate x = 1\nder x = u\noutput y = x\nloop l\nblock law = law(p.y)\n"
+    path = write(text + "block p = p(law.u)\nrun 1 s\nrequire always abs(law.u) <= 1.5\n")
+    done = run(path, "--set", "k=5")
+    assert done.exit_code == 0
+    assert "note: --set k=5 sets nothing in loop 'l', but in another block" in done.stderr
+    done = run(path, "--set", "law.i.k=5")
+    assert (done.exit_code, done.stderr) == (1, "")
