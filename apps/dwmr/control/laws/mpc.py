@@ -46,7 +46,7 @@ class Settings(LawSettings):
         "weight of the velocity lost by another direction than the place's", "m s", gt=0, default=0.1
     )
     r_v: float = quantity("weight of the linear velocity's difference from the place's", "s²", gt=0, default=0.1)
-    r_omega: float = quantity("weight of the angular velocity's difference", "m² s²/rad²", gt=0, default=0.01)
+    r_omega: float = quantity("weight of the angular velocity's difference", "m² s²/rad²", gt=0, default=0.03)
     steps: int = Field(10, description="predicted steps", ge=1, le=200)
     every: int = Field(20, description="control periods in one step, and from one plan to the next", ge=1, le=10_000)
 

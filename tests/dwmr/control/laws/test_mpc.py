@@ -18,7 +18,7 @@ needs_casadi = pytest.mark.skipif(find_spec("casadi") is None, reason="CasADi is
 needs_do_mpc = pytest.mark.skipif(find_spec("do_mpc") is None, reason="do-mpc is not installed: pip install do-mpc")
 SHORT = ("run.horizon=3",)
 EVERY, STEPS = 20, 5
-WEIGHTS = (1.0, 0.1, 0.1, 0.01)
+WEIGHTS = (1.0, 0.1, 0.1, 0.03)
 
 
 def rolled_out(commands, start, period, fine=20):
