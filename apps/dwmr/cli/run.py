@@ -118,10 +118,10 @@ def _table(beside: Path | None, names: Sequence[str], task: run_options.Task) ->
     """
     from dwmr.results.paper_tables import TABLES
 
-    known = {f"table{number}": number for number in TABLES}
-    number = known.get(str(beside))
+    tables = {f"table{number}": number for number in TABLES}
+    number = tables.get(str(beside))
     if beside is not None and number is None and beside.name.lower().startswith("table") and not beside.exists():
-        message = f"{beside} is no file, and the paper's tables are {' and '.join(known)}."
+        message = f"{beside} is no file, and the paper's tables are {' and '.join(tables)}."
         raise click.BadParameter(message, param_hint="'--beside'")
     if number is not None:
         robots = set(task.file.scenario.robots)
