@@ -1,85 +1,19 @@
 """Check a certificate of `fuzzyctl prove`: python verify.py FILE.json. It needs Python alone and searches for nothing.
-Numbers are whole multiples of a unit, 2^-96. A form [c, r, g1, ..., gm] is the set of c + r e + g1 e1 + ... + gm em for
-all e, e1, ..., em in [-1, 1]; forms share e1, ..., em. Operations round outward: r grows by the units that shifts drop.
-docs/explanation/proofs.md, "Certificates", walks through this file."""
+It lies beside `verify_numbers.py`, its arithmetic. docs/explanation/proofs.md, "Certificates", walks through both."""
 import json, math, sys
-from functools import cache, partial, reduce
-from itertools import pairwise, product, zip_longest
-from typing import Any
-BITS, SLABS, ONE, MINUS = 96, 12, 1 << 96, [-1 << 96, 0]  # binary digits after the point; slabs of a table; 1; -1
-WORK = [0, 10**9]  # the work so far, and the most that a file may cause
-def need(condition: Any, text: str, work: int = 0) -> Any:  # all that is checked is checked here; returns nothing
-    WORK[0] += work
-    if not condition or WORK[0] > WORK[1]: raise AssertionError("too much work" if condition else text)
+from functools import cache, partial
+from itertools import pairwise, product
+from typing import TYPE_CHECKING, Any
+if TYPE_CHECKING or __package__:
+    from fuzzyctl.analysis.verify_numbers import (
+        BITS, FUNCTIONS, MINUS, ONE, WORK, add, applied, between, chords, columns_of, cover, enclosed, ends, evolved,
+        exact, hinted, hull, least_stretch, length, minus, multiplied, need, number, shrinks, tabulated, times, total,
+        unit)
+else:  # the two files alone
+    sys.path.append(__file__.rpartition("/")[0] or ".")
+    globals().update((k, v) for k, v in vars(__import__("verify_numbers")).items() if k[0] != "_")
 def say(line: str) -> None: print(line) if line.isprintable() else need(False, "a text has control characters")
-def number(x: Any, cut: bool = False) -> Any:  # of the file; from 2^-43 on all numbers are multiples of the unit
-    if isinstance(x, list): return [number(y, cut) for y in x]
-    need(type(x) in (int, float) and abs(x) < 2**64, f"{x!r:.40} is no number below 2^64")
-    need(cut or 2**BITS % x.as_integer_ratio()[1] == 0, f"{x!r:.40} is no multiple of 2^-{BITS}")
-    return (x.as_integer_ratio()[0] << BITS) // x.as_integer_ratio()[1]
-hinted = partial(number, cut=True)  # hints may be anything
-def ends(a: Any) -> Any: return need(True, "", 20 + len(a)) or (a[0] - (r := sum(map(abs, a[1:]))), a[0] + r)
-def between(low: int, high: int) -> list[int]:  # all numbers from low to high
-    need(low <= high, "a range is empty")
-    return [(low + high) >> 1, high - ((low + high) >> 1)]
-def enclosed(low: Any, high: Any) -> list[int]: return between(hinted(low), -hinted(-high))  # ends are cut outward
-def add(a: Any, b: Any) -> Any: return need(True, "", len(a + b)) or [x + y for x, y in zip_longest(a, b, fillvalue=0)]
-def minus(a: Any, b: Any) -> Any: return add(a, times(b, MINUS))
-def total(forms: Any) -> list[int]: return reduce(add, forms, [0, 0])
-def times(a: list[int], b: list[int]) -> list[int]:  # e e lies in [0, 1] = 1/2 + [-1/2, 1/2], e f in [-1, 1]
-    if not (any(a) and any(b)): return [0, 0]
-    both, ra, rb = [x * y for x, y in zip(a[2:], b[2:])], sum(map(abs, a[1:])), sum(map(abs, b[1:]))
-    r = abs(a[0]) * b[1] + abs(b[0]) * a[1] + ra * rb - sum(map(abs, both)) // 2
-    g = [(a[0] * y + b[0] * x) >> BITS for x, y in zip_longest(a[2:], b[2:], fillvalue=0)]
-    need(abs(a[0]) + ra + abs(b[0]) + rb < ONE << 200, "numbers become too large", 40 + 8 * len(g))
-    return [(2 * a[0] * b[0] + sum(both)) >> (BITS + 1), (r >> BITS) + len(g) + 3, *g]  # each shift drops below a unit
-def wave(signs: tuple[int, ...], x: int) -> int:  # the sum of signs[n % 4] x^n / n!, wrong by less than a unit
-    need(abs(x) < 16 * ONE, "the argument of sin, cos or exp is beyond 16", 400)
-    x, term, result = x << 64, 1 << (BITS + 64), 0  # 64 further digits; after 160 terms less than 2^-200 is left
-    for n in range(160): result, term = result + signs[n % 4] * term, term * x // ((n + 1) << (BITS + 64))
-    return result >> 64
-EXP, SIN, COS, NEG = (partial(wave, s) for s in ((1, 1, 1, 1), (0, 1, 0, -1), (1, 0, -1, 0), (0, -1, 0, 1)))
-FUNCTIONS: dict[str, Any] = {"exp": (EXP, EXP), "sin": (SIN, COS), "cos": (COS, NEG), "abs": (abs, abs),  # value, slope
-    "inverse": (lambda m: ONE**2 // m, lambda m: -(ONE**3 // m**2)),  # at m, wrong by less than 2 units each
-    "sqrt": (lambda m: math.isqrt(max(m, 0) << BITS), lambda m: math.isqrt(ONE**3 // (4 * m)))}  # 0 for negative m
-def applied(name: str, a: list[int]) -> list[int]:  # f(x) = f(m) + s (x - m) + rest; m is the middle of the range
-    (low, high), (value, slope), m = ends(a), FUNCTIONS[name], a[0]
-    need(m > 0 if name == "sqrt" else name != "inverse" or low > 0 or high < 0, f"{name} of a set that holds 0")
-    f, s, r = value(m), (abs(high) - abs(low)) * ONE // max(high - low, 1) if name == "abs" else slope(m), high - m
-    # exp, sqrt, 1/x are convex or concave: the rest is 0 at m, largest at an end. |x| and the root bend at 0.
-    rest = [0, *(value(x) - f - (s * (x - m) >> BITS) for x in (low, min(max(low, 0), high), high))]
-    if name in ("sin", "cos"): rest = [-(r * r >> BITS) // 2 - 1, (r * r >> BITS) // 2 + 1]  # |f''| <= 1
-    return total((times([0, *a[1:]], [s, 0]), [f, 9 + (r >> (BITS - 1))], between(min(rest), max(rest))))
-def looked_up(knots: Any, values: Any, point: Any) -> int:  # linear in each input between knots, wrong by 1 for each
-    if not knots: return int(values)
-    k, x = knots[0], min(max(point[0], knots[0][0]), knots[0][-1])
-    i = max(j for j in range(len(k) - 1) if k[j] <= x)
-    first, last = (looked_up(knots[1:], values[j], point[1:]) for j in (i, i + 1))
-    return int(first + (last - first) * (x - k[i]) // (k[i + 1] - k[i]))
-def tabulated(table: Any, inputs: Any, hint: Any) -> Any:  # a plane plus an error
-    (knots, values), (slopes, shears), (low, high), rest = table, hint, ends(inputs[0]), []
-    cuts = [low, *sorted({low + (high - low) * i // SLABS for i in range(SLABS)} | {*knots[0]}), high]
-    bounds: Any = [[(s, *ends(minus(y, times(inputs[0], [s, 0])))) for s in (0, *shears)] for y in inputs[1:]]
-    for a, b in pairwise(x for x in cuts if low <= x <= high):  # in each slab of the first input x, another input y
-        axes = [[a, b]]                                         # lies in s x + (y - s x), for each shear s
-        for k, bound in zip(knots[1:], bounds, strict=True):
-            least = max(y + (min(s * a, s * b) >> BITS) for s, y, _ in bound)
-            most = min(y + (max(s * a, s * b) >> BITS) + 1 for s, _, y in bound)
-            axes.append([least, most, *(y for y in k if least < y < most)] if least <= most else [])
-        need(True, "", 20 * sum(len(k) << i for i, k in enumerate(knots)) * (1 + math.prod(map(len, axes))))
-        for p in product(*axes):  # between knots the table less the plane is linear in each input: extreme at corners
-            rest.append(looked_up(knots, values, p) - sum(s * (x - y[0]) >> BITS for s, x, y in zip(slopes, p, inputs)))
-    plane = total(times([0, *y[1:]], [s, 0]) for s, y in zip(slopes, inputs, strict=True))
-    return add(plane, between(min(rest) - 3 * len(knots), max(rest) + 3 * len(knots)))
-def columns_of(rows: Any, p: int) -> Any:  # by symbol, those of p params first, then one for each error
-    wide = [*zip_longest(*([*a[2:], *[0] * (p + 2 - len(a))] for a in rows), fillvalue=0)]
-    return [*wide, *([a[1] * (i == j) for j, a in enumerate(rows)] for i in range(len(rows)))]
-def cover(columns: Any, basis: Any, inverse: Any, slack: Any, text: str) -> None:  # columns, each times [-1, 1], sum to
-    need(True, "", len(columns) * (len(basis) + len(inverse)) * len(slack))
-    y = [[sum(map(int.__mul__, row, g)) >> BITS for row in inverse] for g in columns]  # basis y + rest, for any inverse
-    back = [[sum(map(int.__mul__, row, z)) >> BITS for row in basis] for z in y]
-    need(all(sum(map(abs, part)) <= ONE for part in zip(*y)), text)  # |y| <= 1
-    need(all(sum(abs(g[i] - b[i]) + 1 for g, b in zip(columns, back)) <= s for i, s in enumerate(slack)), text)
+CONVERGES = "converges"  # in place of the clauses of a claim: of all runs from the start, at samples
 def keyed(**rows: Any) -> Any: return {(kind, i): a for kind, forms in rows.items() for i, a in enumerate(forms)}
 class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory), memory = next(x, memory)
     def __init__(self, data: Any) -> None:
@@ -139,9 +73,21 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         return *results, add([begin, 0], time)
     def show(self, due: Any, inputs: Any, a: int, b: int) -> None:  # the claims about times from a to b, in periods
         v, WORK[0] = self.series(inputs), WORK[0] + 10 * len(due)
-        for text, clauses, _, _ in (c for c in due if a <= c[3] and (b > c[2] or a == b == c[2])):
+        for text, clauses, _, _ in (c for c in due if c[1] != CONVERGES and a <= c[3] and (b > c[2] or a == b == c[2])):
             holds = all(any(ends(v(i))[0] >= (mark == 1) for i, mark in clause) for clause in clauses)  # 1: above 0
             need(holds, f"'{text:.99}' is not shown from sample {a / ONE:.9g} on")
+    def pass_by(self, k: int, rows: Any, hint: Any, fixed: Any, due: Any) -> Any:  # period k: the states after it, the
+        n, parts, m = len(self.rates), hint["parts"], len(hint["parts"])           # values at its begin, and its parts
+        x, results, inputs = rows[:n], [], fixed | keyed(state=rows[:n], memory=rows[n:])
+        v = self.series(inputs | {("time",): [(k - 1) * self.period, 0]}, None, hint["tables"])
+        inputs |= keyed(held=[v(i) for i in self.values])
+        self.show(due, inputs | {("time",): [(k - 1) * self.period, 0]}, (k - 1) * ONE, (k - 1) * ONE)
+        for j, part in enumerate(parts, (k - 1) * m):
+            a, b = j * self.period // m, (j + 1) * self.period // m
+            x, over, time = self.advance(inputs, x, a, b - a, part)
+            results.append((inputs | keyed(state=over) | {("time",): time}, b - a))
+            self.show(due, results[-1][0], j * ONE // m, -(-(j + 1) * ONE // m))
+        return [*x, *(v(i) for i in self.next)], v, results
     def run(self, proof: Any, due: Any, ranges: Any) -> Any:  # claims about all params and starts in some ranges
         if "cut" in proof:  # in two halves
             side, middle = proof["cut"]
@@ -152,19 +98,11 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         box = [[a[0], 0, *[0] * i, a[1]] for i, a in enumerate(enclosed(*r) for r in ranges)]
         rows, fixed = box[p:], keyed(param=box[:p], disturbance=self.noise)
         for k, hint in enumerate(proof["steps"], 1):
-            x, parts, m = rows[:n], hint["parts"], len(hint["parts"])
-            need(m or (k == len(proof["steps"]) and all(c[3] < math.inf for c in due)), f"no time passes in period {k}")
-            inputs = fixed | keyed(state=x, memory=rows[n:]) | {("time",): [(k - 1) * self.period, 0]}
-            v = self.series(inputs, None, hint["tables"])
-            inputs |= keyed(held=[v(i) for i in self.values])
-            self.show(due, inputs, (k - 1) * ONE, (k - 1) * ONE)
-            for j, part in enumerate(parts, (k - 1) * m):
-                a, b = j * self.period // m, (j + 1) * self.period // m
-                x, over, time = self.advance(inputs, x, a, b - a, part)
-                self.show(due, inputs | keyed(state=over) | {("time",): time}, j * ONE // m, -(-(j + 1) * ONE // m))
-            rows, slack = [*x, *(v(i) for i in self.next)], [0] * len(rows)
+            done = k == len(proof["steps"]) and all(c[3] < math.inf for c in due)
+            need(hint["parts"] or done, f"no time passes in period {k}", len(ranges) * len(hint["parts"]))
+            rows, slack = self.pass_by(k, rows, hint, fixed, due)[0], [0] * len(rows)
             columns = columns_of(rows, p)  # each error is a new symbol
-            need(len(columns) * len(self.nodes) < 10**7, "too many symbols", len(columns) * len(rows) + len(ranges) * m)
+            need(len(columns) * len(self.nodes) < 10**7, "too many symbols", len(columns) * len(rows))
             if "set" in hint:  # but for those of the params and some others they lie in a parallelotope and some slack
                 (basis, inverse, slack), keep = hinted(hint["set"]), [*range(p), *hint["keep"]]
                 cover([c for i, c in enumerate(columns) if i not in keep], basis, inverse, slack, f"set {k} is small")
@@ -172,15 +110,75 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
                 if still and "anchor" in hint and not hint["keep"] and k < len(proof["steps"]):
                     anchor = k * ONE, [[a[0], 0, *g[:p]] for a, g in zip(rows, zip(*columns))], basis, inverse, slack
             rows = [[a[0], e, *g] for a, e, g in zip(rows, slack, zip(*columns, strict=True), strict=True)]
-        for text, _, begin, end in due:
-            need(end <= (k - 1) * ONE or (end == math.inf and anchor and begin <= anchor[0]), f"no end of '{text:.99}'")
+        if "ball" in proof: self.contract(k + 1, rows, proof["ball"], fixed, [c for c in due if c[3] == math.inf])
+        for text, clauses, begin, end in due:
+            ever = "ball" in proof or (clauses != CONVERGES and anchor and begin <= anchor[0])
+            over = end <= (k - 1) * ONE and clauses != CONVERGES
+            need(over or (end == math.inf and ever), f"no end of '{text:.99}'")
         if anchor: self.inside(rows, *anchor[1:])
     def inside(self, rows: Any, earlier: Any, basis: Any, inverse: Any, slack: Any) -> None:  # for all params
         apart = [add(a, [-x for x in b]) for a, b in zip(rows, earlier, strict=True)]  # so it holds all later sets
         columns, text = columns_of(apart, self.params), "the last set does not lie in the earlier one"
         cover([[a[0] for a in apart], *columns], basis, inverse, slack, text)
+    def slopes(self, x: Any, y: Any, i: int) -> Any:  # node i at x less that at y is the sum of these slopes times
+        op, *p = self.nodes[i]                        # the same of its parts; intervals, as x and y are any two points
+        if op == "+": return [(j, [ONE, 0]) for j in p[:2]]
+        if op == "table":
+            return [*zip(p[1:], chords(self.tables[p[0]], *([v(j) for j in p[1:]] for v in (x, y))), strict=True)]
+        if op == "*":  # a b - c d = (a - c) d + a (b - d) = (a - c) b + c (b - d)
+            a, b = (x, y) if hull(x(p[0]))[1] >= hull(x(p[1]))[1] else (y, x)
+            return [(p[0], hull(a(p[1]))), (p[1], hull(b(p[0])))]
+        if op == "abs":
+            m = 1 + max(abs(e) for v in (x, y) for e in ends(v(p[0])))
+            return [(p[0], *chords(([[-m, 0, m]], [m, 0, m]), [x(p[0])], [y(p[0])]))]
+        if op == "inverse": return [(p[0], times(times(hull(x(i)), hull(y(i))), MINUS))]
+        if op == "sqrt": return [(p[0], applied("inverse", add(hull(x(i)), hull(y(i)))))]  # 1 / (sqrt x + sqrt y)
+        if op in ("exp", "sin", "cos"):  # the derivative between them
+            need(self.nodes[p[1]] == [{"sin": "cos", "cos": "sin"}.get(op, op), p[0], i], "a wrong slope")
+            return [(p[0], times(hull(x(p[1])), MINUS) if op == "cos" else hull(x(p[1])))]
+        need(op in ("const", "param", "time"), f"the slope of {op} is not known")
+        return []
+    def moved(self, wanted: Any, seeds: Any, local: Any) -> Any:  # the chain rule: how nodes change with some inputs
+        @cache
+        def row(i: int) -> Any:
+            if tuple(self.nodes[i]) in seeds: return seeds[tuple(self.nodes[i])]
+            rows = [[times(slope, g) for g in row(j)] for j, slope in local(i)]
+            return [total(column) for column in zip([[0, 0]] * len(next(iter(seeds.values()))), *rows)]
+        return [row(i) for i in wanted]
+    def contract(self, k: int, rows: Any, hint: Any, fixed: Any, due: Any) -> None:  # a ball |inverse (z - centre)| <=
+        n, size, read = len(self.rates), len(rows), len(self.values)                 # radius that holds the rows
+        need(not self.noise and not any(op in ("error", "time") for op, *_ in self.nodes), "errors, or a time")
+        basis, inverse, centre, (radius, near, rate) = map(hinted, hint["form"])
+        stretch, turned, text = least_stretch(inverse, basis), exact(inverse), "distances are not shown to shrink"
+        need(len(basis) == len(centre) == size and 0 <= near <= radius and 0 <= rate < ONE, "no ball, or a wrong rate")
+        def away(z: Any) -> int: return length(*zip(*multiplied(turned, [[add(a, [-c])] for a, c in zip(z, centre)])))
+        need(away(rows) <= radius, "the set does not lie in the ball")
+        due, runs = [(text, clauses, 0, end) for text, clauses, _, end in due], []
+        for r in (0, near, radius):  # the centre, and boxes that hold balls
+            reach = ((math.isqrt(sum(x * x for x in row)) + 1) * r // stretch + 2 for row in basis)
+            box = [[c, 0, *[0] * (self.params + i), e] for i, (c, e) in enumerate(zip(centre, reach))]
+            runs.append(self.pass_by(k, box, hint["periods"][r == radius], fixed, due if len(runs) == 2 else []))
+        drift = away(runs[0][0])
+        need(runs[2][2] and drift + (rate * near >> BITS) + 1 <= near, "the centre moves too far")
+        # If distances between a point of the near ball and one of the ball shrink by the rate, then both balls are mapped
+        # into themselves, the near one has a fixed point (Banach), and all in the ball converges to this point.
+        names, whole = [*keyed(state=self.rates, held=self.values, memory=self.next)], unit(size + read)
+        for (y, step), (x, _) in zip(runs[1][2], runs[2][2], strict=True):
+            local = partial(self.slopes, self.series(x), self.series(y))
+            rates = self.moved(self.rates, dict(zip(names, unit(size + read))), local)
+            whole = multiplied(evolved([*rates, *([[0, 0]] * len(names) for _ in names[n:])], step), whole)
+        begin, options = cache(partial(self.slopes, runs[2][1], runs[1][1])), []
+        seeds = dict(zip([*names[:n], *names[n + read:]], unit(size)))
+        for i in hint["vary"]:  # slopes of nodes are means of those at corners, of which the slopes of all are affine
+            wide = [[[a[0] - a[1], 0], [a[0] + a[1], 0]] if a[1] >> (BITS // 2) else [a] for _, a in begin(i)]
+            options.append([[(j, a) for (j, _), a in zip(begin(i), corner)] for corner in product(*wide)])
+        for corner in product(*options):
+            picked = dict(zip(hint["vary"], corner))
+            made = self.moved([*self.values, *self.next], seeds, lambda i: picked.get(i) or begin(i))  # noqa: B023
+            matrix = multiplied(whole[:n], [*unit(size)[:n], *made[:read], *unit(size)[n:]]) + made[read:]
+            need(shrinks(multiplied(multiplied(turned, matrix), exact(basis)), rate * stretch >> BITS), text)
 def check(data: Any) -> None:  # a whole file, and print its claims
-    need(data["format"] == "fuzzyctl certificate 1" and data["parts"], "the file has another format, or no parts")
+    need(data["format"] == "fuzzyctl certificate 2" and data["parts"], "the file has another format, or no parts")
     for part in data["parts"]:
         loop, ranges = Loop(part), [*part["params"], *part["start"]]
         say(f"Loop {part['loop']:.99}, sampled every {part['period']} s. Its operations:")
@@ -189,7 +187,8 @@ def check(data: Any) -> None:  # a whole file, and print its claims
         for proof in part["proofs"]: loop.run(proof, [loop.claims[i] for i in proof["claims"]], ranges)
         for i, (text, clauses, begin, end) in enumerate(loop.claims):
             need(any(i in proof["claims"] for proof in part["proofs"]), f"'{text:.99}' has no proof")
-            facts = (" or ".join(f"n{j} {'>' if mark == 1 else '>='} 0" for j, mark in c) for c in clauses)
+            facts = ["all runs converge"] if clauses == CONVERGES else (" or ".join(
+                f"n{j} {'>' if mark == 1 else '>='} 0" for j, mark in c) for c in clauses)
             say(f"verified: {text:.99}: {'; '.join(facts)}; from {begin / ONE:.9g} to {end / ONE:.9g} periods")
 def main(path: str) -> None:
     try:

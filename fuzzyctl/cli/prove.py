@@ -249,7 +249,7 @@ def _write_certificate(path: str, proofs: Sequence[Proof]) -> dict[str, str]:
         lacking |= reasons
     if parts:
         with written_whole(path) as temporary:
-            temporary.write_text(json.dumps({"format": "fuzzyctl certificate 1", "parts": parts}), encoding="utf-8")
+            temporary.write_text(json.dumps({"format": "fuzzyctl certificate 2", "parts": parts}), encoding="utf-8")
     return lacking
 
 

@@ -1,322 +1,54 @@
 """Certificates of loops: a problem and hints for `fuzzyctl.analysis.verify`, which searches for nothing.
 
-The loop is translated into operations on numbers. The sets are those of the checker's own arithmetic: hints, such as
-tubes and bases, are proposed in floating point and tried at once.
+The sets are those of the checker's own arithmetic: hints, such as tubes, bases and balls, are proposed in floating
+point and tried at once.
 """
 
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from operator import eq, ge, gt, le, lt, ne
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from fuzzyctl.analysis import verify
-from fuzzyctl.analysis.reach.prover import ANCHORS, LoopProver
+from fuzzyctl.analysis.reach import stability
+from fuzzyctl.analysis.reach.flow import NoTubeError
+from fuzzyctl.analysis.reach.forms import DomainError
+from fuzzyctl.analysis.reach.prover import ANCHORS, LOOKS, LoopProver
 from fuzzyctl.analysis.reach.reach import ReachableSets
-from fuzzyctl.analysis.reach.series import Nodes
 from fuzzyctl.analysis.reach.sets import _boxed, modes
-from fuzzyctl.analysis.reach.surfaces import SystemSurface, _over_slabs, _slopes
+from fuzzyctl.analysis.reach.surfaces import _over_slabs, _slopes
+from fuzzyctl.analysis.reach.translation import NoCertificateError, problem_of
 from fuzzyctl.analysis.verify import ONE, Loop, keyed
 from fuzzyctl.analysis.work import clock
 from fuzzyctl.formats.fz_strings import guarantee_text
-from fuzzyctl.kernels.plan.expansion import STARTED
-from fuzzyctl.model.loop import TIME, Always, Stable
+from fuzzyctl.model.loop import Always, Stable
 from fuzzyctl.model.loop import Loop as LoopBlock
 from fuzzyctl.simulation.sample_times import ALIGNED
 
-#: What rounding may add to each value of a controller.
-ROUNDING: Final = 1e-12
 #: Order of the Taylor polynomials, and most parts of a period.
 _ORDER: Final = 4
 _PARTS: Final = 64
-#: Most clauses of a claim.
-_CLAUSES: Final = 64
 #: Lines along which the inputs of a table move together.
 _SHEARS: Final = 4
 #: Seconds that the search for an invariant set may take.
 _SECONDS: Final = 60.0
 #: How often a range is halved at most, each half again.
 _CUTS: Final = 3
+#: Rates of a ball that are tried: parts of the way from the proposed one to 1; near balls as parts of the ball.
+_SLOWER: Final = (0.02, 0.3, 0.9)
+_NEAR: Final = (1e-9, 1e-6)
+#: Most combinations of corners of slopes.
+_CORNERS: Final = 256
 #: Symbols for each state from which on they are reduced, and to which.
 _MOST: Final = 16
 _LEFT: Final = 7
-
-_COMPARISONS: Final = {"<": lt, "<=": le, ">": gt, ">=": ge, "==": eq, "!=": ne}
-
-Item = list[Any]
-
-
-class NoCertificateError(Exception):
-    """Raised if a proof has no certificate."""
-
-
-class _Translation:
-    """Operations on numbers, for all expressions of a loop."""
-
-    def __init__(self) -> None:
-        self.nodes: list[Item] = []
-        self.tables: list[dict[str, Any]] = []
-        #: Nodes that must not be negative, since roots are taken of them.
-        self.positive: list[int] = []
-        self._known: dict[str, int] = {}
-        self._surfaces: dict[tuple[int, int, bool], int] = {}
-
-    def add(self, *item: Any) -> int:
-        key = repr(item)
-        if key not in self._known:
-            self._known[key] = len(self.nodes)
-            self.nodes.append(list(item))
-        return self._known[key]
-
-    def number(self, value: float) -> int:
-        if not math.isfinite(value):
-            raise NoCertificateError("a constant of the loop is infinite")
-        return self.add("const", value)
-
-    def negative(self, a: int) -> int:
-        op, value = self.nodes[a][:2]
-        return self.number(-value) if op == "const" else self.product(self.number(-1.0), a)
-
-    def sum(self, a: int, b: int) -> int:
-        nothing = ["const", 0.0]
-        return b if self.nodes[a] == nothing else a if self.nodes[b] == nothing else self.add("+", a, b)
-
-    def product(self, a: int, b: int) -> int:
-        one = ["const", 1.0]
-        return b if self.nodes[a] == one else a if self.nodes[b] == one else self.add("*", a, b)
-
-    def larger(self, a: int, b: int) -> int:
-        """Return max(a, b) = (a + b + |a - b|) / 2."""
-        difference = self.sum(a, self.negative(b))
-        return self.product(self.number(0.5), self.sum(self.sum(a, b), self.add("abs", difference)))
-
-    def wave(self, kind: str, a: int) -> int:
-        place = len(self.nodes)
-        for name, other in (("sin", place + 1), ("cos", place)):
-            key = repr((name, a))
-            if key not in self._known:
-                self._known[key] = len(self.nodes)
-                self.nodes.append([name, a, other])
-        return self._known[repr((kind, a))]
-
-    def translated(self, nodes: Nodes, inputs: dict[str, Item], wanted: Sequence[int]) -> list[int]:
-        """Return for each node its operation, -1 for those that the wanted ones do not need."""
-        needed: set[int] = set()
-        stack = [*wanted]
-        while stack:
-            at = stack.pop()
-            if at not in needed:
-                needed.add(at)
-                stack += nodes.nodes[at].parts
-        places = [-1] * len(nodes.nodes)
-        for at in sorted(needed):
-            places[at] = self._place(nodes, at, places, inputs)
-        return places
-
-    def _place(self, nodes: Nodes, at: int, places: Sequence[int], inputs: dict[str, Item]) -> int:
-        node = nodes.nodes[at]
-        parts = [places[p] for p in node.parts]
-        if -1 in parts and node.kind not in ("max", "min", "output", "compare", "logic", "where"):
-            raise NoCertificateError("a choice has no operation in a certificate")
-        match node.kind:
-            case "number":
-                return self.number(node.detail) if math.isfinite(node.detail) else -1
-            case "input":
-                return self.add(*inputs[node.detail])
-            case "negative":
-                return self.negative(parts[0])
-            case "sin" | "cos":  # each has its partner for its slope
-                return self.wave(node.kind, parts[0])
-            case "+":
-                return self.sum(*parts)
-            case "*":
-                return self.product(*parts)
-            case "exp":  # which is its slope
-                return self.add("exp", *parts, len(self.nodes))
-            case "/":
-                return self.product(parts[0], self.add("inverse", parts[1]))
-            case "sqrt":
-                if not nodes.nodes[node.parts[0]].positive and parts[0] not in self.positive:
-                    self.positive.append(parts[0])
-                return self.add("sqrt", *parts)
-            case "abs":
-                return self.add("abs", *parts)
-            case "max" | "min" if -1 in parts:  # clamp(x, 0, inf)
-                ends = [nodes.nodes[p].detail for p in node.parts if nodes.nodes[p].kind == "number"]
-                if (-math.inf if node.kind == "max" else math.inf) not in ends or max(parts) < 0:
-                    raise NoCertificateError("a choice has no operation in a certificate")
-                return max(parts)
-            case "max":
-                return self.larger(*parts)
-            case "min":
-                return self.negative(self.larger(*map(self.negative, parts)))
-            case "output":
-                call = nodes.nodes[node.parts[0]]
-                return self._output(call.detail, [places[p] for p in call.parts], node.detail)
-            case "where" if (choice := _constant(nodes, node.parts[0])) is not None:
-                return parts[1] if choice else parts[2]
-            case "where" if (first := _at_first(nodes, node.parts[0])) is not None:
-                # The state is 0 at the first sample and 1 from then on.
-                started = self.add(*inputs[STARTED])
-                before, after = parts[1:] if first else parts[:0:-1]
-                if -1 in (before, after):
-                    raise NoCertificateError("a value may be missing")
-                change = self.sum(after, self.negative(before))
-                return self.sum(before, self.product(started, change))
-            case "system" | "compare" | "logic" | "where":
-                return -1
-        raise NoCertificateError(f"'{node.kind}' has no operation in a certificate")
-
-    def _output(self, surface: SystemSurface, arguments: list[int], output: int) -> int:
-        grid = surface.grid
-        if grid is None or max(len(k) for k in grid.knots) < 2:
-            raise NoCertificateError(f"system '{surface.system.name}' does not interpolate")
-        table, error = grid.outputs[output], surface._boxed.errors[output]
-        if not math.isfinite(error):
-            raise NoCertificateError(f"the rounding of system '{surface.system.name}' has no bound")
-        inputs = [arguments[i] for i in grid.inputs]
-        place = self.add("table", self._table(grid.knots, table.value), *inputs)
-        if table.weight:
-            weight = self.add("table", self._table(grid.knots, table.weight), *inputs)
-            place = self.product(place, self.add("inverse", weight))
-        return self.add("+", place, self.add("error", 2.0 * error)) if error else place
-
-    def _table(self, knots: Sequence[Sequence[float]], values: Sequence[float]) -> int:
-        shaped = np.array(values).reshape([len(k) for k in knots]).tolist()
-        data = {"knots": [list(k) for k in knots], "values": shaped}
-        if data not in self.tables:
-            self.tables.append(data)
-        return self.tables.index(data)
-
-    def clauses(self, nodes: Nodes, places: Sequence[int], at: int, wanted: bool = True) -> list[list[list[int]]]:
-        """Return a condition, or its negation: of each clause one node must be at least 0, or above it if marked by 1.
-
-        Raises:
-            NoCertificateError: If there are too many clauses, or it has no such form.
-        """
-        node = nodes.nodes[at]
-        if node.kind == "logic":
-            if node.detail == "not":
-                return self.clauses(nodes, places, node.parts[0], not wanted)
-            parts = [self.clauses(nodes, places, p, wanted) for p in node.parts]
-            if (node.detail == "and") == wanted:
-                return [clause for part in parts for clause in part]
-            if math.prod(map(len, parts)) > _CLAUSES:
-                raise NoCertificateError(f"a claim has more than {_CLAUSES} clauses")
-            return [list(itertools.chain(*choice)) for choice in itertools.product(*parts)]
-        a, b = node.parts
-        if node.detail in ("==", "!="):
-            inner = nodes.nodes[a]
-            if inner.kind == "where" and [nodes.nodes[p].detail for p in (*inner.parts[1:], b)] == [1.0, 0.0, 0.0]:
-                return self.clauses(nodes, places, inner.parts[0], wanted == (node.detail == "!="))
-        if places[a] < 0 or places[b] < 0:
-            raise NoCertificateError("a choice has no operation in a certificate")
-        more, less = (self.sum(places[x], self.negative(places[y])) for x, y in ((a, b), (b, a)))
-        match node.detail, wanted:
-            case (">", True) | ("<=", False):
-                return [[[more, 1]]]
-            case (">=", True) | ("<", False):
-                return [[[more, 0]]]
-            case ("<", True) | (">=", False):
-                return [[[less, 1]]]
-            case ("<=", True) | (">", False):
-                return [[[less, 0]]]
-            case ("==", True) | ("!=", False):
-                return [[[more, 0]], [[less, 0]]]
-        return [[[more, 1], [less, 1]]]
-
-
-def _constant(nodes: Nodes, at: int) -> bool | None:
-    """Return whether a condition holds for all real numbers or for none, else None; x != x says that x is NaN."""
-    node = nodes.nodes[at]
-    if node.kind == "compare":
-        return node.detail in ("==", "<=", ">=") if node.parts[0] == node.parts[1] else None
-    truths = [_constant(nodes, p) for p in node.parts]
-    if node.detail == "not":
-        return None if truths[0] is None else not truths[0]
-    sure = node.detail == "or"
-    return sure if sure in truths else None if None in truths else not sure
-
-
-def _at_first(nodes: Nodes, at: int) -> bool | None:
-    """Return whether a condition holds at the first sample only (True), or at all others (False); None for neither."""
-    node = nodes.nodes[at]
-    if node.kind != "compare":
-        return None
-    parts = [nodes.nodes[p] for p in node.parts]
-    if [p.kind for p in parts] != ["input", "number"] or parts[0].detail != STARTED:
-        return None
-    holds = [bool(_COMPARISONS[node.detail](x, parts[1].detail)) for x in (0.0, 1.0)]
-    return holds[0] if holds[0] != holds[1] else None
-
-
-def problem_of(
-    sets: ReachableSets, claims: Sequence[Any], starts: Sequence[Any], params: Sequence[Any]
-) -> dict[str, Any]:
-    """Return a loop as data.
-
-    Args:
-        sets: The loop, with the conditions of the claims.
-        claims: Of each its text and its times, in periods; the last one None for all times.
-        starts, params: Ends of the ranges of the states at the begin, those of plants first, and of the params.
-    """
-    equations = sets.equations
-    if equations.rates:
-        raise NoCertificateError("controllers at several rates have no operation in a certificate")
-    if sets.columns:
-        raise NoCertificateError("noise and signals of files have no operation in a certificate")
-    new = _Translation()
-    groups = {"state": sets.plant, "memory": sets.memory, "held": sets.held, "param": sets.free,
-              "disturbance": [*equations.disturbances]}  # fmt: skip
-    inputs: dict[str, Item] = {TIME: ["time"]}
-    for kind, names in groups.items():
-        inputs |= {name: [kind, k] for k, name in enumerate(names)}
-    for k in range(len(sets.plant)):  # the first nodes are the states
-        new.add("state", k)
-    between = new.translated(sets.flow.nodes, inputs, sets.flow.nodes.values)
-    rates = [between[v] for v in sets.flow.nodes.values]
-    sampled = new.translated(sets.sample, {k: v for k, v in inputs.items() if k not in sets.held}, sets.sample.values)
-    if any(sampled[v] < 0 for v in sets.sample.values) or -1 in rates:
-        raise NoCertificateError("a choice has no operation in a certificate")
-    rounding = new.add("error", ROUNDING)
-    values = [
-        sampled[v] if new.nodes[sampled[v]][0] == "const" else new.add("+", sampled[v], rounding)
-        for v in sets.sample.values
-    ]
-    places = new.translated(sets.claims, inputs, sets.claims.conditions)
-    data = [
-        [text, new.clauses(sets.claims, places, at), begin, end]
-        for (text, begin, end), at in zip(claims, sets.claims.conditions, strict=True)
-    ]
-    ends = [end for *_, end in data]
-    last = None if None in ends else max(ends, default=0)
-    for k, state in enumerate(equations.plant_states):
-        limits = ((1.0, state.low, state.without_low), (-1.0, state.high, state.without_high))
-        bounds = [
-            [[new.sum(new.product(new.number(sign), k), new.number(-sign * end)), int(strict)]]
-            for sign, end, strict in limits
-            if math.isfinite(end)
-        ]
-        if bounds:
-            data.append([f"'{state.name}' stays in its range", bounds, 0, last])
-    for at in new.positive:
-        data.append(["no root of a negative number", [[[at, 0]]], 0, last])
-    count = len(sets.held)
-    return {
-        "nodes": new.nodes, "tables": new.tables, "rates": rates, "held": values[:count], "next": values[count:],
-        "period": equations.step, "params": [*params], "start": [*starts],
-        "disturbances": [[low, high] for low, high, _ in equations.disturbances.values()],
-        "names": [*sets.free, *sets.plant, *sets.memory], "claims": data,
-    }  # fmt: skip
-
 
 class Search:
     """The hints of a run, found sample by sample.
@@ -327,7 +59,7 @@ class Search:
     """
 
     def __init__(self, loop: Loop, ranges: Sequence[Any]) -> None:
-        self.loop = loop
+        self.loop, self.ranges = loop, ranges
         box = [verify.enclosed(*ends) for ends in ranges]
         forms = [[a[0], 0, *[0] * i, a[1]] for i, a in enumerate(box)]
         self.fixed = keyed(param=forms[: loop.params], disturbance=loop.noise)
@@ -346,12 +78,11 @@ class Search:
                 hints[str(i)] = _plane(self.loop.tables[rest[0]], [values(p) for p in rest[1:]])
         return inputs | keyed(held=[values(i) for i in self.loop.values]), [values(i) for i in self.loop.next], hints
 
-    def period(self, anchor: bool = False) -> None:
-        """Find the hints of a period, and go on by it."""
+    def period(self, anchor: bool = False, count: int = 1) -> None:
+        """Find the hints of a period of at least some parts, and go on by it."""
         loop, n, k = self.loop, len(self.loop.rates), len(self.steps)
         inputs, memory, hints = self.sample()
         hint: dict[str, Any] = {"tables": hints}
-        count = 1
         while True:
             hint["parts"], x = [], self.rows[:n]
             try:
@@ -396,6 +127,79 @@ class Search:
                     return
             if clock.used() > until:
                 raise NoCertificateError(f"no set of the first {k} periods lies in an earlier one")
+
+    def converge(self, sets: ReachableSets, until: float) -> dict[str, Any]:
+        """Go on until a ball around the set contracts, and return the hint of this ball.
+
+        Raises:
+            NoCertificateError: If none does in time.
+        """
+        p, reason = self.loop.params, ""
+        free = [_floats([self.fixed["param", i]]) for i in range(p)]
+        while True:
+            if len(self.steps) in LOOKS:
+                rows = _floats(self.rows)
+                width = min(map(len, [*self.before, *self.rows])) if self.before else 0
+                pairs = [[a[None, :width] for a in _floats(r)] for r in (self.before, self.rows)]
+                try:
+                    motion = modes(*pairs) if self.before else None
+                    ball = stability.contraction(sets, [a[None] for a in rows], free, motion)
+                    if ball is not None:
+                        return self.ball(ball)
+                except (NoTubeError, DomainError, stability.LeavesRangeError, AssertionError) as error:
+                    reason = f": {error}"
+            if clock.used() > until:
+                raise NoCertificateError(f"no ball around a set of the first {len(self.steps)} periods contracts{reason}")
+            self.period()
+
+    def ball(self, found: stability.Contraction) -> dict[str, Any]:
+        """Return the hint of a ball.
+
+        Raises:
+            AssertionError: If the checker refuses it.
+        """
+        loop, basis, centre = self.loop, found.basis, found.centre.tolist()
+        radius = found.radius * (1.0 + 1e-6)
+        refused = AssertionError()
+        for share in _NEAR if found.to_rest else (1.0,):
+            near, searches = radius * share, list[Search]()
+            for size in (radius, near):
+                searches.append(Search(loop, self.ranges))
+                reach = (size * np.linalg.norm(basis, axis=1) * (1.0 + 1e-9)).tolist()
+                searches[-1].rows = [
+                    [c, 0, *[0] * (loop.params + i), e]
+                    for i, (c, e) in enumerate(zip(verify.hinted(centre), verify.hinted(reach), strict=True))
+                ]
+                searches[-1].period(count=len(searches[0].steps[0]["parts"]) if searches[0].steps else 1)
+            (whole,), (inner,) = (s.steps for s in searches)
+            values = [loop.pass_by(1, s.before, s.steps[0], s.fixed, ())[1] for s in searches]
+            hint = {"periods": [inner, whole], "vary": self._varied(*values)}
+            for slower in _SLOWER:
+                rate = found.rate + (1.0 - found.rate) * slower
+                hint["form"] = [basis.tolist(), np.linalg.inv(basis).tolist(), centre, [radius, near, rate]]
+                try:
+                    loop.contract(len(self.steps) + 1, self.rows, hint, self.fixed, loop.claims)
+                    return hint
+                except AssertionError as error:
+                    refused = error
+        raise refused
+
+    def _varied(self, x: Any, y: Any) -> list[int]:
+        """Return the nodes whose slopes are varied, those of most effect first."""
+        loop = self.loop
+        needed, widths = [*loop.values, *loop.next], dict[int, list[float]]()
+        while needed:
+            at = needed.pop()
+            if at not in widths:
+                slopes = loop.slopes(x, y, at) if loop.nodes[at][0] not in ("state", "memory") else []
+                widths[at] = [a[1] / ONE for _, a in slopes if a[1] > 1e-7 * abs(a[0]) and a[1] >> (verify.BITS // 2)]
+                needed += [j for j, _ in slopes]
+        count, chosen = 1, list[int]()
+        for at in sorted(widths, key=lambda at: -max(widths[at], default=0.0)):
+            if widths[at] and count << len(widths[at]) <= _CORNERS:
+                count <<= len(widths[at])
+                chosen.append(at)
+        return chosen
 
     def part(self, inputs: Any, x: list[list[int]], begin: int, step: int) -> dict[str, Any]:
         """Return a tube over a part of a period.
@@ -498,10 +302,9 @@ def certificate_of(
         prover: Of the loop.
         proved: Claims in its `own` that are proved.
     """
-    groups: list[list[Always]] = [[c for c in proved if isinstance(c, Always) and not c.forever]]
-    groups += [[c] for c in proved if isinstance(c, Always) and c.forever]
-    reasons = {guarantee_text(c): "contraction has no certificate yet" for c in proved if not isinstance(c, Always)}
-    parts = []
+    groups: list[list[Always | Stable]] = [[c for c in proved if isinstance(c, Always) and not c.forever]]
+    groups += [[c] for c in proved if isinstance(c, Stable) or c.forever]
+    parts, reasons = list[dict[str, Any]](), dict[str, str]()
     for claims in filter(None, groups):
         try:
             parts.append(_source(prover.loop, claims, prover.settings) | _certified(prover, claims))
@@ -524,43 +327,51 @@ def _source(item: LoopBlock, claims: Sequence[Always | Stable], settings: Sequen
 def is_of(part: dict[str, Any], loop: LoopBlock) -> bool:
     """Return whether the equations, ranges and claims of a part of a certificate are those of a loop."""
     prover = LoopProver(loop, 0.0)
-    lines, claims = [*part["lines"]], list[Always]()
+    lines, claims = [*part["lines"]], list[Always | Stable]()
     for claim in prover.own:  # a file may have a line twice
-        if isinstance(claim, Always) and (text := f"require {guarantee_text(claim)}") in lines:
+        if (text := f"require {guarantee_text(claim)}") in lines:
             lines.remove(text)
             claims.append(claim)
     problem = _problem(prover, claims)[0] if claims and not lines else {"claims": None}
     return bool(json.loads(json.dumps(problem)) == {key: part[key] for key in problem})
 
 
-def _certified(prover: LoopProver, claims: Sequence[Always]) -> dict[str, Any]:
+def _certified(prover: LoopProver, claims: Sequence[Always | Stable]) -> dict[str, Any]:
     """Return the certificate of claims that end together, or never."""
-    problem, ranges = _problem(prover, claims)
+    problem, ranges, sets = _problem(prover, claims)
     loop = Loop(problem)
-    proof = _proof(loop, ranges, clock.used() + _SECONDS, _CUTS)
+    verify.WORK[0] = 0
+    proof = _proof(loop, ranges, clock.used() + _SECONDS, _CUTS, sets if isinstance(claims[0], Stable) else None)
     return problem | {"proofs": [proof | {"claims": [*range(len(loop.claims))]}]}
 
 
-def _problem(prover: LoopProver, claims: Sequence[Always]) -> tuple[dict[str, Any], list[list[float]]]:
-    """Return a loop and claims that end together, or never, as data, and the ranges of params and states."""
-    number, loop, forever = prover.loop.number, prover.loop, claims[0].forever
-    ends = [math.inf if forever else number(loop.duration if c.end is None else c.end) for c in claims]
-    begins = [0.0 if c.begin is None else number(c.begin) for c in claims]
-    sets = prover.sets(claims, max(ends))
+def _problem(
+    prover: LoopProver, claims: Sequence[Always | Stable]
+) -> tuple[dict[str, Any], list[list[float]], ReachableSets]:
+    """Return a loop and claims that end together, or never, as data, the ranges of params and states, and its sets."""
+    number, loop = prover.loop.number, prover.loop
+    timed = [c for c in claims if isinstance(c, Always)]
+    forever = not timed or timed[0].forever
+    ends = [math.inf if forever else number(loop.duration if c.end is None else c.end) for c in timed]
+    begins = [0.0 if c.begin is None else number(c.begin) for c in timed]
+    sets = prover.sets(timed, max(ends, default=math.inf))
     step = sets.equations.step
-    timed = [
+    texts = [
         (guarantee_text(c), _periods(begin, step), None if forever else _periods(end, step))
-        for c, begin, end in zip(claims, begins, ends, strict=True)
+        for c, begin, end in zip(timed, begins, ends, strict=True)
     ]
     at = {d.state: [d.low, d.high] for d in prover.dimensions if d.state}
     states = [(s.name, s.start) for s in sets.equations.plant_states]
     states += [(s.name, s.start) for s in sets.equations.states]
     starts = [at.get(name, [start, start]) for name, start in states]
     params = [[d.low, d.high] for d in prover.dimensions if not d.state]
-    return problem_of(sets, timed, starts, params), [*params, *starts]
+    texts = texts or [(guarantee_text(claims[0]), 0.0, None)]
+    return problem_of(sets, texts, starts, params, exact=not timed), [*params, *starts], sets
 
 
-def _proof(loop: Loop, ranges: Sequence[list[float]], until: float, cuts: int) -> dict[str, Any]:
+def _proof(
+    loop: Loop, ranges: Sequence[list[float]], until: float, cuts: int, sets: ReachableSets | None
+) -> dict[str, Any]:
     """Return the steps that show all claims, for two halves of the ranges if they do not show them for the whole.
 
     Args:
@@ -568,15 +379,19 @@ def _proof(loop: Loop, ranges: Sequence[list[float]], until: float, cuts: int) -
         ranges: Ends of the ranges of params and states.
         until: Processor seconds at which the time is over.
         cuts: How often a range may still be halved.
+        sets: The sets of the loop if the claim is that it converges, else None.
 
     Raises:
         AssertionError, NoCertificateError: If they do not show them.
     """
     search = Search(loop, ranges)
     try:
-        if any(math.isinf(end) for *_, end in loop.claims):
+        if sets is not None:
+            ball = search.converge(sets, until)
+            proof: dict[str, Any] = {"steps": search.steps, "ball": ball}
+        elif any(math.isinf(end) for *_, end in loop.claims):
             search.come_back(max(begin for _, _, begin, _ in loop.claims) / ONE, until)
-            proof: dict[str, Any] = {"steps": search.steps}
+            proof = {"steps": search.steps}
         else:
             while len(search.steps) * ONE < max(end for *_, end in loop.claims):
                 search.period()
@@ -590,7 +405,7 @@ def _proof(loop: Loop, ranges: Sequence[list[float]], until: float, cuts: int) -
         low, high = ranges[side]
         middle = 0.5 * (low + high)
         halves = [[*ranges[:side], half, *ranges[side + 1 :]] for half in ([low, middle], [middle, high])]
-        return {"cut": [side, middle], "halves": [_proof(loop, half, until, cuts - 1) for half in halves]}
+        return {"cut": [side, middle], "halves": [_proof(loop, half, until, cuts - 1, sets) for half in halves]}
     return proof
 
 

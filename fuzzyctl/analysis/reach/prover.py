@@ -58,7 +58,7 @@ ANCHORS: Final = frozenset(round(100 * 1.6**k) for k in range(24))
 DRAWN: Final = 64
 _RUNS: Final = 0.3
 #: Numbers of periods at which it is tried whether a set contracts.
-_LOOKS: Final = frozenset({0, 2, 6, 14, *(round(30 * 1.5**k) for k in range(30))})
+LOOKS: Final = frozenset({0, 2, 6, 14, *(round(30 * 1.5**k) for k in range(30))})
 
 Progress = Callable[[str, int, int], None]
 
@@ -558,7 +558,7 @@ class LoopProver:
         def look(period: int, rows: list[Form]) -> list[Form] | None:
             motion = modes(previous[0], rows) if previous else None
             previous[:] = [rows]
-            if period in _LOOKS:
+            if period in LOOKS:
                 try:
                     ball = stability.contraction(sets, rows, free, motion)
                 except (NoTubeError, DomainError, stability.LeavesRangeError) as error:

@@ -1,0 +1,295 @@
+"""Loops as data for certificates: operations on numbers."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from operator import eq, ge, gt, le, lt, ne
+from typing import Any, Final
+
+import numpy as np
+
+from fuzzyctl.analysis.reach.reach import ReachableSets
+from fuzzyctl.analysis.reach.series import Nodes
+from fuzzyctl.analysis.reach.surfaces import SystemSurface
+from fuzzyctl.analysis.verify import CONVERGES
+from fuzzyctl.kernels.plan.expansion import STARTED
+from fuzzyctl.model.loop import TIME
+
+#: What rounding may add to each value of a controller.
+ROUNDING: Final = 1e-12
+#: Most clauses of a claim.
+_CLAUSES: Final = 64
+
+_COMPARISONS: Final = {"<": lt, "<=": le, ">": gt, ">=": ge, "==": eq, "!=": ne}
+
+Item = list[Any]
+
+
+class NoCertificateError(Exception):
+    """Raised if a proof has no certificate."""
+
+
+class _Translation:
+    """Operations on numbers, for all expressions of a loop.
+
+    Args:
+        exact: Whether they are those of real arithmetic, without errors of rounding.
+    """
+
+    def __init__(self, exact: bool) -> None:
+        self.exact = exact
+        self.nodes: list[Item] = []
+        self.tables: list[dict[str, Any]] = []
+        #: Nodes that must not be negative, since roots are taken of them.
+        self.positive: list[int] = []
+        self._known: dict[str, int] = {}
+        self._surfaces: dict[tuple[int, int, bool], int] = {}
+
+    def add(self, *item: Any) -> int:
+        key = repr(item)
+        if key not in self._known:
+            self._known[key] = len(self.nodes)
+            self.nodes.append(list(item))
+        return self._known[key]
+
+    def number(self, value: float) -> int:
+        if not math.isfinite(value):
+            raise NoCertificateError("a constant of the loop is infinite")
+        return self.add("const", value)
+
+    def negative(self, a: int) -> int:
+        op, value = self.nodes[a][:2]
+        return self.number(-value) if op == "const" else self.product(self.number(-1.0), a)
+
+    def sum(self, a: int, b: int) -> int:
+        nothing = ["const", 0.0]
+        return b if self.nodes[a] == nothing else a if self.nodes[b] == nothing else self.add("+", a, b)
+
+    def product(self, a: int, b: int) -> int:
+        one = ["const", 1.0]
+        return b if self.nodes[a] == one else a if self.nodes[b] == one else self.add("*", a, b)
+
+    def larger(self, a: int, b: int) -> int:
+        """Return max(a, b) = (a + b + |a - b|) / 2."""
+        difference = self.sum(a, self.negative(b))
+        return self.product(self.number(0.5), self.sum(self.sum(a, b), self.add("abs", difference)))
+
+    def wave(self, kind: str, a: int) -> int:
+        place = len(self.nodes)
+        for name, other in (("sin", place + 1), ("cos", place)):
+            key = repr((name, a))
+            if key not in self._known:
+                self._known[key] = len(self.nodes)
+                self.nodes.append([name, a, other])
+        return self._known[repr((kind, a))]
+
+    def translated(self, nodes: Nodes, inputs: dict[str, Item], wanted: Sequence[int]) -> list[int]:
+        """Return for each node its operation, -1 for those that the wanted ones do not need."""
+        needed: set[int] = set()
+        stack = [*wanted]
+        while stack:
+            at = stack.pop()
+            if at not in needed:
+                needed.add(at)
+                stack += nodes.nodes[at].parts
+        places = [-1] * len(nodes.nodes)
+        for at in sorted(needed):
+            places[at] = self._place(nodes, at, places, inputs)
+        return places
+
+    def _place(self, nodes: Nodes, at: int, places: Sequence[int], inputs: dict[str, Item]) -> int:
+        node = nodes.nodes[at]
+        parts = [places[p] for p in node.parts]
+        if -1 in parts and node.kind not in ("max", "min", "output", "compare", "logic", "where"):
+            raise NoCertificateError("a choice has no operation in a certificate")
+        match node.kind:
+            case "number":
+                return self.number(node.detail) if math.isfinite(node.detail) else -1
+            case "input":
+                return self.add(*inputs[node.detail])
+            case "negative":
+                return self.negative(parts[0])
+            case "sin" | "cos":  # each has its partner for its slope
+                return self.wave(node.kind, parts[0])
+            case "+":
+                return self.sum(*parts)
+            case "*":
+                return self.product(*parts)
+            case "exp":  # which is its slope
+                return self.add("exp", *parts, len(self.nodes))
+            case "/":
+                return self.product(parts[0], self.add("inverse", parts[1]))
+            case "sqrt":
+                if not nodes.nodes[node.parts[0]].positive and parts[0] not in self.positive:
+                    self.positive.append(parts[0])
+                return self.add("sqrt", *parts)
+            case "abs":
+                return self.add("abs", *parts)
+            case "max" | "min" if -1 in parts:  # clamp(x, 0, inf)
+                ends = [nodes.nodes[p].detail for p in node.parts if nodes.nodes[p].kind == "number"]
+                if (-math.inf if node.kind == "max" else math.inf) not in ends or max(parts) < 0:
+                    raise NoCertificateError("a choice has no operation in a certificate")
+                return max(parts)
+            case "max":
+                return self.larger(*parts)
+            case "min":
+                return self.negative(self.larger(*map(self.negative, parts)))
+            case "output":
+                call = nodes.nodes[node.parts[0]]
+                return self._output(call.detail, [places[p] for p in call.parts], node.detail)
+            case "where" if (choice := _constant(nodes, node.parts[0])) is not None:
+                return parts[1] if choice else parts[2]
+            case "where" if (first := _at_first(nodes, node.parts[0])) is not None:
+                # The state is 0 at the first sample and 1 from then on.
+                started = self.add(*inputs[STARTED])
+                before, after = parts[1:] if first else parts[:0:-1]
+                if -1 in (before, after):
+                    raise NoCertificateError("a value may be missing")
+                change = self.sum(after, self.negative(before))
+                return self.sum(before, self.product(started, change))
+            case "system" | "compare" | "logic" | "where":
+                return -1
+        raise NoCertificateError(f"'{node.kind}' has no operation in a certificate")
+
+    def _output(self, surface: SystemSurface, arguments: list[int], output: int) -> int:
+        grid = surface.grid
+        if grid is None or max(len(k) for k in grid.knots) < 2:
+            raise NoCertificateError(f"system '{surface.system.name}' does not interpolate")
+        table, error = grid.outputs[output], surface._boxed.errors[output]
+        if not math.isfinite(error):
+            raise NoCertificateError(f"the rounding of system '{surface.system.name}' has no bound")
+        inputs = [arguments[i] for i in grid.inputs]
+        place = self.add("table", self._table(grid.knots, table.value), *inputs)
+        if table.weight:
+            weight = self.add("table", self._table(grid.knots, table.weight), *inputs)
+            place = self.product(place, self.add("inverse", weight))
+        return self.rounded(place, 2.0 * error) if error else place
+
+    def rounded(self, a: int, error: float) -> int:
+        """Return a value with an error."""
+        return a if self.exact or self.nodes[a][0] == "const" else self.add("+", a, self.add("error", error))
+
+    def _table(self, knots: Sequence[Sequence[float]], values: Sequence[float]) -> int:
+        shaped = np.array(values).reshape([len(k) for k in knots]).tolist()
+        data = {"knots": [list(k) for k in knots], "values": shaped}
+        if data not in self.tables:
+            self.tables.append(data)
+        return self.tables.index(data)
+
+    def clauses(self, nodes: Nodes, places: Sequence[int], at: int, wanted: bool = True) -> list[list[list[int]]]:
+        """Return a condition, or its negation: of each clause one node must be at least 0, or above it if marked by 1.
+
+        Raises:
+            NoCertificateError: If there are too many clauses, or it has no such form.
+        """
+        node = nodes.nodes[at]
+        if node.kind == "logic":
+            if node.detail == "not":
+                return self.clauses(nodes, places, node.parts[0], not wanted)
+            parts = [self.clauses(nodes, places, p, wanted) for p in node.parts]
+            if (node.detail == "and") == wanted:
+                return [clause for part in parts for clause in part]
+            if math.prod(map(len, parts)) > _CLAUSES:
+                raise NoCertificateError(f"a claim has more than {_CLAUSES} clauses")
+            return [list(itertools.chain(*choice)) for choice in itertools.product(*parts)]
+        a, b = node.parts
+        if node.detail in ("==", "!="):
+            inner = nodes.nodes[a]
+            if inner.kind == "where" and [nodes.nodes[p].detail for p in (*inner.parts[1:], b)] == [1.0, 0.0, 0.0]:
+                return self.clauses(nodes, places, inner.parts[0], wanted == (node.detail == "!="))
+        if places[a] < 0 or places[b] < 0:
+            raise NoCertificateError("a choice has no operation in a certificate")
+        more, less = (self.sum(places[x], self.negative(places[y])) for x, y in ((a, b), (b, a)))
+        match node.detail, wanted:
+            case (">", True) | ("<=", False):
+                return [[[more, 1]]]
+            case (">=", True) | ("<", False):
+                return [[[more, 0]]]
+            case ("<", True) | (">=", False):
+                return [[[less, 1]]]
+            case ("<=", True) | (">", False):
+                return [[[less, 0]]]
+            case ("==", True) | ("!=", False):
+                return [[[more, 0]], [[less, 0]]]
+        return [[[more, 1], [less, 1]]]
+
+
+def _constant(nodes: Nodes, at: int) -> bool | None:
+    """Return whether a condition holds for all real numbers or for none, else None; x != x says that x is NaN."""
+    node = nodes.nodes[at]
+    if node.kind == "compare":
+        return node.detail in ("==", "<=", ">=") if node.parts[0] == node.parts[1] else None
+    truths = [_constant(nodes, p) for p in node.parts]
+    if node.detail == "not":
+        return None if truths[0] is None else not truths[0]
+    sure = node.detail == "or"
+    return sure if sure in truths else None if None in truths else not sure
+
+
+def _at_first(nodes: Nodes, at: int) -> bool | None:
+    """Return whether a condition holds at the first sample only (True), or at all others (False); None for neither."""
+    node = nodes.nodes[at]
+    if node.kind != "compare":
+        return None
+    parts = [nodes.nodes[p] for p in node.parts]
+    if [p.kind for p in parts] != ["input", "number"] or parts[0].detail != STARTED:
+        return None
+    holds = [bool(_COMPARISONS[node.detail](x, parts[1].detail)) for x in (0.0, 1.0)]
+    return holds[0] if holds[0] != holds[1] else None
+
+
+def problem_of(
+    sets: ReachableSets, claims: Sequence[Any], starts: Sequence[Any], params: Sequence[Any], exact: bool
+) -> dict[str, Any]:
+    """Return a loop as data.
+
+    Args:
+        sets: The loop, with the conditions of the claims.
+        claims: Of each its text and its times, in periods; the last one None for all times.
+        starts, params: Ends of the ranges of the states at the begin, those of plants first, and of the params.
+        exact: Whether the claim is that all runs converge, in real arithmetic.
+    """
+    equations = sets.equations
+    if equations.rates:
+        raise NoCertificateError("controllers at several rates have no operation in a certificate")
+    if sets.columns:
+        raise NoCertificateError("noise and signals of files have no operation in a certificate")
+    new = _Translation(exact)
+    groups = {"state": sets.plant, "memory": sets.memory, "held": sets.held, "param": sets.free,
+              "disturbance": [*equations.disturbances]}  # fmt: skip
+    inputs: dict[str, Item] = {TIME: ["time"]}
+    for kind, names in groups.items():
+        inputs |= {name: [kind, k] for k, name in enumerate(names)}
+    for k in range(len(sets.plant)):  # the first nodes are the states
+        new.add("state", k)
+    between = new.translated(sets.flow.nodes, inputs, sets.flow.nodes.values)
+    rates = [between[v] for v in sets.flow.nodes.values]
+    sampled = new.translated(sets.sample, {k: v for k, v in inputs.items() if k not in sets.held}, sets.sample.values)
+    if any(sampled[v] < 0 for v in sets.sample.values) or -1 in rates:
+        raise NoCertificateError("a choice has no operation in a certificate")
+    values = [new.rounded(sampled[v], ROUNDING) for v in sets.sample.values]
+    places = new.translated(sets.claims, inputs, sets.claims.conditions)
+    conditions = [CONVERGES] if exact else [new.clauses(sets.claims, places, at) for at in sets.claims.conditions]
+    data = [[text, clauses, *times] for (text, *times), clauses in zip(claims, conditions, strict=True)]
+    ends = [end for *_, end in data]
+    last = None if None in ends else max(ends, default=0)
+    for k, state in enumerate(equations.plant_states):
+        limits = ((1.0, state.low, state.without_low), (-1.0, state.high, state.without_high))
+        bounds = [
+            [[new.sum(new.product(new.number(sign), k), new.number(-sign * end)), int(strict)]]
+            for sign, end, strict in limits
+            if math.isfinite(end)
+        ]
+        if bounds:
+            data.append([f"'{state.name}' stays in its range", bounds, 0, last])
+    for at in new.positive:
+        data.append(["no root of a negative number", [[[at, 0]]], 0, last])
+    count = len(sets.held)
+    return {
+        "nodes": new.nodes, "tables": new.tables, "rates": rates, "held": values[:count], "next": values[count:],
+        "period": equations.step, "params": [*params], "start": [*starts],
+        "disturbances": [[low, high] for low, high, _ in equations.disturbances.values()],
+        "names": [*sets.free, *sets.plant, *sets.memory], "claims": data,
+    }  # fmt: skip
