@@ -10,7 +10,7 @@ if TYPE_CHECKING or __package__:
         exact, hinted, hull, least_stretch, length, minus, multiplied, need, number, shrinks, tabulated, times, total,
         unit)
 else:  # the two files alone
-    sys.path.append(__file__.rpartition("/")[0] or ".")
+    sys.path.append(__file__.rpartition("verify.py")[0] or ".")
     globals().update((k, v) for k, v in vars(__import__("verify_numbers")).items() if k[0] != "_")
 def say(line: str) -> None: print(line) if line.isprintable() else need(False, "a text has control characters")
 CONVERGES = "converges"  # in place of the clauses of a claim: of all runs from the start, at samples
@@ -25,6 +25,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         self.claims = [(t, c, hinted(a), math.inf if b is None else -hinted(-b)) for t, c, a, b in data["claims"]]
         need(self.period > 0 and self.claims, "no period, or no claims")
         need(all(c and t.isprintable() and max(a, 0) <= b for t, c, a, b in self.claims), "an unreadable, empty claim")
+        need(all(b == math.inf for _, c, _, b in self.claims if c == CONVERGES), "a claim of convergence has an end")
         self.noise = [enclosed(*pair) for pair in data["disturbances"]]
     def series(self, inputs: Any, seeds: Any = None, hints: Any = ()) -> Any:  # Taylor coefficients in time, of node i
         @cache
@@ -93,7 +94,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             side, middle = proof["cut"]
             parts = [ranges[side][0], middle], [middle, ranges[side][1]]
             return [self.run(proof["halves"][i], due, [*ranges[:side], parts[i], *ranges[side + 1:]]) for i in (0, 1)]
-        p, n, k, still, anchor = self.params, len(self.rates), 0, ["time"] not in self.nodes, None
+        p, k, still, anchor = self.params, 0, ["time"] not in self.nodes, None
         need(len(ranges) + len(self.next) + len(self.values) < 1000, "too many states")
         box = [[a[0], 0, *[0] * i, a[1]] for i, a in enumerate(enclosed(*r) for r in ranges)]
         rows, fixed = box[p:], keyed(param=box[:p], disturbance=self.noise)
@@ -113,8 +114,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         if "ball" in proof: self.contract(k + 1, rows, proof["ball"], fixed, [c for c in due if c[3] == math.inf])
         for text, clauses, begin, end in due:
             ever = "ball" in proof or (clauses != CONVERGES and anchor and begin <= anchor[0])
-            over = end <= (k - 1) * ONE and clauses != CONVERGES
-            need(over or (end == math.inf and ever), f"no end of '{text:.99}'")
+            need(ever if end == math.inf else end <= (k - 1) * ONE, f"no end of '{text:.99}'")
         if anchor: self.inside(rows, *anchor[1:])
     def inside(self, rows: Any, earlier: Any, basis: Any, inverse: Any, slack: Any) -> None:  # for all params
         apart = [add(a, [-x for x in b]) for a, b in zip(rows, earlier, strict=True)]  # so it holds all later sets
@@ -132,12 +132,12 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             m = 1 + max(abs(e) for v in (x, y) for e in ends(v(p[0])))
             return [(p[0], *chords(([[-m, 0, m]], [m, 0, m]), [x(p[0])], [y(p[0])]))]
         if op == "inverse": return [(p[0], times(times(hull(x(i)), hull(y(i))), MINUS))]
-        if op == "sqrt": return [(p[0], applied("inverse", add(hull(x(i)), hull(y(i)))))]  # 1 / (sqrt x + sqrt y)
+        if op == "sqrt" and min(ends(x(p[0]))[0], ends(y(p[0]))[0]) >= 0:  # 1 / (sqrt x + sqrt y)
+            return [(p[0], applied("inverse", add(hull(x(i)), hull(y(i)))))]
         if op in ("exp", "sin", "cos"):  # the derivative between them
             need(self.nodes[p[1]] == [{"sin": "cos", "cos": "sin"}.get(op, op), p[0], i], "a wrong slope")
             return [(p[0], times(hull(x(p[1])), MINUS) if op == "cos" else hull(x(p[1])))]
-        need(op in ("const", "param", "time"), f"the slope of {op} is not known")
-        return []
+        return need(op in ("const", "param"), f"the slope of {op} is not known") or []
     def moved(self, wanted: Any, seeds: Any, local: Any) -> Any:  # the chain rule: how nodes change with some inputs
         @cache
         def row(i: int) -> Any:
@@ -147,21 +147,22 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         return [row(i) for i in wanted]
     def contract(self, k: int, rows: Any, hint: Any, fixed: Any, due: Any) -> None:  # a ball |inverse (z - centre)| <=
         n, size, read = len(self.rates), len(rows), len(self.values)                 # radius that holds the rows
-        need(not self.noise and not any(op in ("error", "time") for op, *_ in self.nodes), "errors, or a time")
+        need(["time"] not in self.nodes, "the equations depend on the time")
         basis, inverse, centre, (radius, near, rate) = map(hinted, hint["form"])
         stretch, turned, text = least_stretch(inverse, basis), exact(inverse), "distances are not shown to shrink"
-        need(len(basis) == len(centre) == size and 0 <= near <= radius and 0 <= rate < ONE, "no ball, or a wrong rate")
+        need(len(basis) == len(centre) == size == n + len(self.next), "no form of the states")
+        need(0 <= near <= radius, "no ball")
         def away(z: Any) -> int: return length(*zip(*multiplied(turned, [[add(a, [-c])] for a, c in zip(z, centre)])))
         need(away(rows) <= radius, "the set does not lie in the ball")
-        due, runs = [(text, clauses, 0, end) for text, clauses, _, end in due], []
+        due, runs = [(text, clauses, 0, end) for text, clauses, _, end in due], list[Any]()
         for r in (0, near, radius):  # the centre, and boxes that hold balls
             reach = ((math.isqrt(sum(x * x for x in row)) + 1) * r // stretch + 2 for row in basis)
             box = [[c, 0, *[0] * (self.params + i), e] for i, (c, e) in enumerate(zip(centre, reach))]
             runs.append(self.pass_by(k, box, hint["periods"][r == radius], fixed, due if len(runs) == 2 else []))
         drift = away(runs[0][0])
         need(runs[2][2] and drift + (rate * near >> BITS) + 1 <= near, "the centre moves too far")
-        # If distances between a point of the near ball and one of the ball shrink by the rate, then both balls are mapped
-        # into themselves, the near one has a fixed point (Banach), and all in the ball converges to this point.
+        # As distances between points of the near ball and of the ball shrink by the rate, both balls are mapped into
+        # themselves, the near one has a fixed point (Banach), and all that is in the ball converges to this point.
         names, whole = [*keyed(state=self.rates, held=self.values, memory=self.next)], unit(size + read)
         for (y, step), (x, _) in zip(runs[1][2], runs[2][2], strict=True):
             local = partial(self.slopes, self.series(x), self.series(y))

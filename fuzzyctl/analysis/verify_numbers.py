@@ -102,7 +102,7 @@ def exact(rows: Any) -> Any: return [[[x, 0] for x in row] for row in rows]
 def multiplied(a: Any, b: Any) -> Any:  # matrices of intervals
     need(all(len(row) == len(b) for row in a), "matrices do not fit", 9 * len(a) * len(b) * len(b[0]))
     return [[total(map(times, row, column)) for column in zip(*b, strict=True)] for row in a]
-def largest(a: Any) -> int: return max(sum(max(map(abs, ends(x))) for x in row) for row in a)  # no vector grows by more
+def largest(a: Any) -> Any: return max(sum(max(map(abs, ends(x))) for x in row) for row in a)  # no vector grows by more
 def length(a: Any) -> int: return math.isqrt(sum(max(map(abs, ends(x))) ** 2 for x in a)) + 1  # of a vector, at most
 def evolved(a: Any, step: int) -> Any:  # all d(step) with d' = A d, from unit vectors; rows of A may change with time
     term, result, rest, k = unit(len(a)), unit(len(a)), ONE, 0  # the series of Peano and Baker: its integrals are means
@@ -112,7 +112,7 @@ def evolved(a: Any, step: int) -> Any:  # all d(step) with d' = A d, from unit v
         term = [[times(x, [step // k, 1]) for x in row] for row in multiplied(a, term)]
         result, rest = [[add(*pair) for pair in zip(*rows)] for rows in zip(result, term)], largest(term)
     return [[add(x, [0, rest]) for x in row] for row in result]  # each further term is at most half of the one before
-def least_stretch(inverse: Any, basis: Any) -> int:  # s > 0 with |inverse basis y| >= s |y| for all y
+def least_stretch(inverse: Any, basis: Any) -> Any:  # s > 0 with |inverse basis y| >= s |y| for all y
     need(all(len(row) == len(basis) == len(inverse) for row in (*basis, *inverse)), "no square matrices")
     pairs = [[sum(map(int.__mul__, row, column)) for column in zip(*basis)] for row in inverse]
     rest = [[(x - ONE**2 * (i == j)) >> BITS, 1] for i, row in enumerate(pairs) for j, x in enumerate(row)]

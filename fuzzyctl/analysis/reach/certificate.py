@@ -16,7 +16,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from fuzzyctl.analysis import verify
+from fuzzyctl.analysis import verify_numbers as numbers
 from fuzzyctl.analysis.reach import stability
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError
@@ -25,7 +25,8 @@ from fuzzyctl.analysis.reach.reach import ReachableSets
 from fuzzyctl.analysis.reach.sets import _boxed, modes
 from fuzzyctl.analysis.reach.surfaces import _over_slabs, _slopes
 from fuzzyctl.analysis.reach.translation import NoCertificateError, problem_of
-from fuzzyctl.analysis.verify import ONE, Loop, keyed
+from fuzzyctl.analysis.verify import Loop, keyed
+from fuzzyctl.analysis.verify_numbers import ONE
 from fuzzyctl.analysis.work import clock
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.model.loop import Always, Stable
@@ -50,6 +51,7 @@ _CORNERS: Final = 256
 _MOST: Final = 16
 _LEFT: Final = 7
 
+
 class Search:
     """The hints of a run, found sample by sample.
 
@@ -60,7 +62,7 @@ class Search:
 
     def __init__(self, loop: Loop, ranges: Sequence[Any]) -> None:
         self.loop, self.ranges = loop, ranges
-        box = [verify.enclosed(*ends) for ends in ranges]
+        box = [numbers.enclosed(*ends) for ends in ranges]
         forms = [[a[0], 0, *[0] * i, a[1]] for i, a in enumerate(box)]
         self.fixed = keyed(param=forms[: loop.params], disturbance=loop.noise)
         self.rows = forms[loop.params :]
@@ -96,7 +98,7 @@ class Search:
                 if count > _PARTS:
                     raise
         self.before, rows = self.rows, [*x, *memory]
-        columns = verify.columns_of(rows, loop.params)
+        columns = numbers.columns_of(rows, loop.params)
         self.rows = [[a[0], 0, *symbols] for a, symbols in zip(rows, zip(*columns, strict=True), strict=True)]
         if anchor or len(self.rows[0]) - 2 - loop.params > _MOST * len(rows):
             hint |= self.smaller(anchor) | ({"anchor": True} if anchor else {})
@@ -120,7 +122,7 @@ class Search:
             self.period(place)
             if place:
                 rows = [[a[0], 0, *a[2 : 2 + p]] for a in self.rows]
-                anchor = rows, *verify.hinted(self.steps[-1]["set"])
+                anchor = rows, *numbers.hinted(self.steps[-1]["set"])
             elif anchor is not None:
                 with suppress(AssertionError):
                     self.loop.inside(self.rows, *anchor)
@@ -149,7 +151,9 @@ class Search:
                 except (NoTubeError, DomainError, stability.LeavesRangeError, AssertionError) as error:
                     reason = f": {error}"
             if clock.used() > until:
-                raise NoCertificateError(f"no ball around a set of the first {len(self.steps)} periods contracts{reason}")
+                raise NoCertificateError(
+                    f"no ball around a set of the first {len(self.steps)} periods contracts{reason}"
+                )
             self.period()
 
     def ball(self, found: stability.Contraction) -> dict[str, Any]:
@@ -168,7 +172,7 @@ class Search:
                 reach = (size * np.linalg.norm(basis, axis=1) * (1.0 + 1e-9)).tolist()
                 searches[-1].rows = [
                     [c, 0, *[0] * (loop.params + i), e]
-                    for i, (c, e) in enumerate(zip(verify.hinted(centre), verify.hinted(reach), strict=True))
+                    for i, (c, e) in enumerate(zip(numbers.hinted(centre), numbers.hinted(reach), strict=True))
                 ]
                 searches[-1].period(count=len(searches[0].steps[0]["parts"]) if searches[0].steps else 1)
             (whole,), (inner,) = (s.steps for s in searches)
@@ -192,7 +196,7 @@ class Search:
             at = needed.pop()
             if at not in widths:
                 slopes = loop.slopes(x, y, at) if loop.nodes[at][0] not in ("state", "memory") else []
-                widths[at] = [a[1] / ONE for _, a in slopes if a[1] > 1e-7 * abs(a[0]) and a[1] >> (verify.BITS // 2)]
+                widths[at] = [a[1] / ONE for _, a in slopes if a[1] > 1e-7 * abs(a[0]) and a[1] >> (numbers.BITS // 2)]
                 needed += [j for j, _ in slopes]
         count, chosen = 1, list[int]()
         for at in sorted(widths, key=lambda at: -max(widths[at], default=0.0)):
@@ -207,17 +211,17 @@ class Search:
         Raises:
             AssertionError: If none is found.
         """
-        loop, starts = self.loop, [verify.ends(a) for a in x]
-        fixed = inputs | {("time",): verify.between(begin, begin + step)}
+        loop, starts = self.loop, [numbers.ends(a) for a in x]
+        fixed = inputs | {("time",): numbers.between(begin, begin + step)}
         tube = starts
         for attempt in range(12):
-            span = fixed | keyed(state=[verify.between(*t) for t in tube])
+            span = fixed | keyed(state=[numbers.between(*t) for t in tube])
             values = loop.series(span)
             moved = []
             for (low, high), r in zip(starts, loop.rates, strict=True):
-                slow, fast = verify.ends(values(r))
+                slow, fast = numbers.ends(values(r))
                 moved.append(
-                    (low + min(0, slow * step >> verify.BITS), high + max(0, (fast * step >> verify.BITS) + 1))
+                    (low + min(0, slow * step >> numbers.BITS), high + max(0, (fast * step >> numbers.BITS) + 1))
                 )
             if attempt and all(a <= c and d <= b for (a, b), (c, d) in zip(tube, moved, strict=True)):
                 hint = {"tube": [[a / ONE, b / ONE] for a, b in tube], "order": _ORDER}
@@ -226,7 +230,7 @@ class Search:
             for low, high in moved:
                 more = (high - low) // 20 + (ONE >> 40)
                 grown.append([_rounded((low - more) / ONE), _rounded((high + more) / ONE)])
-            tube = verify.hinted(grown)
+            tube = numbers.hinted(grown)
         raise AssertionError("no tube is found")
 
     def _apart(self, inputs: Any, step: int) -> list[float]:
@@ -234,7 +238,7 @@ class Search:
         n = len(self.loop.rates)
         keys = [*(("state", j) for j in range(n)), *(("disturbance", j) for j in range(len(self.loop.noise)))]
         slopes = [self.loop.series(inputs, {key: [ONE, 0]}) for key in keys]
-        largest = np.array([[max(map(abs, verify.ends(s(r, 1)))) / ONE for s in slopes] for r in self.loop.rates])
+        largest = np.array([[max(map(abs, numbers.ends(s(r, 1)))) / ONE for s in slopes] for r in self.loop.rates])
         largest = largest.reshape(n, len(keys))
         sources = largest[:, n:] @ np.array([w[1] / ONE for w in self.loop.noise])
         apart = np.zeros(n)
@@ -257,7 +261,7 @@ class Search:
         columns, _ = _boxed(rest, scale, motion)
         columns = columns * (1.02 if anchor else 1.0 + 1e-9)
         hint = [columns.tolist(), np.linalg.inv(columns).tolist(), (1e-11 * scale).tolist()]
-        basis, _, slack = verify.hinted(hint)
+        basis, _, slack = numbers.hinted(hint)
         keep = [*range(params), *(params + k for k in large)]
         self.rows = [
             [a[0], e, *(a[2 + k] for k in keep), *row] for a, e, row in zip(self.rows, slack, basis, strict=True)
@@ -329,7 +333,7 @@ def is_of(part: dict[str, Any], loop: LoopBlock) -> bool:
     prover = LoopProver(loop, 0.0)
     lines, claims = [*part["lines"]], list[Always | Stable]()
     for claim in prover.own:  # a file may have a line twice
-        if (text := f"require {guarantee_text(claim)}") in lines:
+        if isinstance(claim, Always | Stable) and (text := f"require {guarantee_text(claim)}") in lines:
             lines.remove(text)
             claims.append(claim)
     problem = _problem(prover, claims)[0] if claims and not lines else {"claims": None}
@@ -340,7 +344,7 @@ def _certified(prover: LoopProver, claims: Sequence[Always | Stable]) -> dict[st
     """Return the certificate of claims that end together, or never."""
     problem, ranges, sets = _problem(prover, claims)
     loop = Loop(problem)
-    verify.WORK[0] = 0
+    numbers.WORK[0] = 0
     proof = _proof(loop, ranges, clock.used() + _SECONDS, _CUTS, sets if isinstance(claims[0], Stable) else None)
     return problem | {"proofs": [proof | {"claims": [*range(len(loop.claims))]}]}
 
