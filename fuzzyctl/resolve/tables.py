@@ -10,14 +10,13 @@ from typing import Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.diagnostics.suggestions import counted, listed
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.repaired_text import rewritten
 from fuzzyctl.model.rule import Cell, RuleTable
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.numeric_labels import is_number, with_names
 from fuzzyctl.resolve.rules import is_unsure, known_hedge, known_term, resolve_antecedent, resolve_value, terms_of
 
 _WHOLE: Final = re.compile(r"[^\s,#]+")
@@ -46,7 +45,7 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
     condition = resolve_antecedent(context, statement.condition) if statement.condition is not None else None
     if columns is None or rows is None or any(o is None for o in outputs):
         return None
-    named = with_names(context, statement, rows, columns)
+    named = _with_names(context, statement, rows, columns)
     if named is None:
         return None
     statement = named
@@ -136,10 +135,10 @@ def _check_frame(context: Context, statement: sx.Table, rows: sx.Variable, colum
 def _check_what_is_there(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> None:
     """Check the labels of a table with an unreadable line; a missing label may belong to that line."""
     for word in statement.header.terms if statement.header is not None else ():
-        if not is_number(word):
+        if not _is_number(word):
             known_term(context, columns, word)
     for row in statement.rows if statement.second is not None else ():
-        if row.label is not None and not is_number(row.label):
+        if row.label is not None and not _is_number(row.label):
             known_term(context, rows, row.label)
 
 
@@ -375,3 +374,50 @@ def _cell_term(
     if isinstance(term, sx.Word):
         return term.text if _is_named(context, output, term) else None
     return resolve_value(context, output, term)
+
+
+def _is_number(label: sx.Word) -> bool:
+    """Return whether a label is a number."""
+    return not (label.text[0].isalpha() or label.text[0] == "_")
+
+
+def _with_names(context: Context, table: sx.Table, rows: sx.Variable, columns: sx.Variable) -> sx.Table | None:
+    """Return a table with terms in place of labels that are numbers; None where these do not count the terms.
+
+    Args:
+        context: Where mistakes go.
+        table: The table; one with lines that could not be read keeps its labels.
+        rows: The variable of the rows.
+        columns: The variable of the columns.
+    """
+    if table.incomplete or table.header is None:
+        return table
+    header = _labels_of(context, columns, table.header.terms)
+    labels = [r.label for r in table.rows if r.label is not None]
+    is_labelled = table.second is not None and len(labels) == len(table.rows)
+    names = _labels_of(context, rows, labels) if is_labelled else ()
+    if header is None or names is None:
+        return None
+    lines = (
+        tuple(dataclasses.replace(r, label=n) for r, n in zip(table.rows, names, strict=True)) if names else table.rows
+    )
+    return dataclasses.replace(table, header=dataclasses.replace(table.header, terms=header), rows=lines)
+
+
+def _labels_of(context: Context, variable: sx.Variable, labels: Sequence[sx.Word]) -> tuple[sx.Word, ...] | None:
+    """Return labels as terms if all of them are numbers, None where these do not count the terms."""
+    if not labels or not all(map(_is_number, labels)):
+        return tuple(labels)
+    terms = terms_of(variable)
+    numbers = [float(label.text) for label in labels]
+    low = min(numbers)
+    if sorted(numbers) == [low + k for k in range(len(terms))] and low.is_integer():
+        return tuple(sx.Word(terms[int(n - low)], w.span) for n, w in zip(numbers, labels, strict=True))
+    if not is_unsure(variable):
+        name, count = variable.name.text, len(terms)
+        message = f"the numbers do not count the {counted(count, 'term')} of '{name}'"
+        counts = " ".join(str(k - count // 2) for k in range(count))
+        help_text = f"write each of {counts} once, or the names of the terms"
+        place = labels[0].span.to(labels[-1].span) if labels[0].span.line == labels[-1].span.line else labels[0].span
+        context.report("FZ203", message, place, facts=(f"terms: {listed(terms)}",), help=help_text)
+    return None

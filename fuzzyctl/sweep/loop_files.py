@@ -18,8 +18,7 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.diagnostics.suggestions import closest, did_you_mean
 from fuzzyctl.experiments import sweep_spec
 from fuzzyctl.experiments.scenario_keys import OverrideError, join_key, override, shorten, split_key
-from fuzzyctl.experiments.sweep_spec import Spec, SpecFile
-from fuzzyctl.experiments.value_errors import show
+from fuzzyctl.experiments.sweep_spec import Spec, SpecFile, show
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.block import Param
 from fuzzyctl.model.loop import Loop, Measure

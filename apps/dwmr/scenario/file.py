@@ -31,7 +31,7 @@ from fuzzyctl.experiments.scenario_layers import (
     read_layers,
     replaced,
 )
-from fuzzyctl.experiments.value_errors import show
+from fuzzyctl.experiments.sweep_spec import show
 
 __all__ = ["LARGEST_FILE", "SHIPPED", "ScenarioFile", "UnknownScenarioError", "find", "read", "shipped_names"]
 

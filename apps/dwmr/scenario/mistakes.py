@@ -15,7 +15,7 @@ from dwmr.scenario.model import COMMON, FULL_TURN, Robot, Scenario
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.scenario_keys import EXTENDS, Places
-from fuzzyctl.experiments.value_errors import BOUNDS, length, requirement, show
+from fuzzyctl.experiments.sweep_spec import BOUNDS, length, requirement, show
 from fuzzyctl.support.files import rules_folder
 
 #: Mistakes of the elements of one list that are reported; a list with more of them is another list.

@@ -198,7 +198,11 @@ class Simulated:
                 for j in range(fine + 1):
                     now = {("state", i): v for i, v in enumerate(x)} | {("time",): (k + j / fine) * part["period"]}
                     for text, clauses, first, end in part["claims"]:
-                        if clauses != verify.CONVERGES and first <= k + j / fine <= (math.inf if end is None else end) and j < fine:
+                        if (
+                            clauses != verify.CONVERGES
+                            and first <= k + j / fine <= (math.inf if end is None else end)
+                            and j < fine
+                        ):
                             values = inputs | noise | held | now
                             largest = [max(self.value(i, values) for i, _ in c) for c in clauses]
                             for place, value in enumerate(largest):

@@ -251,7 +251,11 @@ def norms_are_those_of_matrices(v):
         else:
             assert proved
             assert 0 < stretch <= abs(w * b) * v.ONE
-    for w, b in (([[v.ONE, 0]], [[v.ONE], [0]]), ([[v.ONE]], [[v.ONE, 0]]), ([[v.ONE, 0], [0]], [[v.ONE, 0], [0, v.ONE]])):
+    for w, b in (
+        ([[v.ONE, 0]], [[v.ONE], [0]]),
+        ([[v.ONE]], [[v.ONE, 0]]),
+        ([[v.ONE, 0], [0]], [[v.ONE, 0], [0, v.ONE]]),
+    ):
         with pytest.raises((AssertionError, IndexError)):
             v.least_stretch(w, b)
 
@@ -328,7 +332,7 @@ def only_still_loops_converge(v):
     for change in ({"claims": [["stable", v.CONVERGES, 0, 0]]}, {"claims": [["stable", "converge", 0, None]]}):
         assert not shows(v, memory(v) | change)
     for end in (0, None):  # without a ball
-        part = memory(v, -1.0)
+        part = memory(v, -0.99)  # it converges, but nothing shows it
         anchor = {"set": [[[4.0]], [[0.25]], [1e-9]], "keep": [], "anchor": True}
         step = {"tables": {}, "parts": [{"tube": [], "order": 0}]}
         part |= {"claims": [["stable", v.CONVERGES, 0, end]], "start": [[1, 3]]}
@@ -441,7 +445,8 @@ MUTANTS = {
     "a minor is left out": ("for k in n:  # Sylvester", "for k in n[:2]:  # Sylvester", norms_are_those_of_matrices),
     "a limit is negative": ("if q <= 0 or gram", "if gram", norms_are_those_of_matrices),
     "any inverse will do": ("return ONE - length(rest)", "return ONE", norms_are_those_of_matrices),
-    "a matrix may be wide": ("need(all(len(row) == len(basis) == len(inverse)", "need(True or all(len(row) == len(basis)",
+    "a matrix may be wide": (
+        "need(all(len(row) == len(basis) == len(inverse)", "need(True or all(len(row) == len(basis)",
                              norms_are_those_of_matrices),
     "the start is anywhere": ("need(away(rows) <= radius", "need(True", balls_hold_their_runs),
     "the near ball is larger": ("0 <= near <= radius", "0 <= near", balls_hold_their_runs),
