@@ -137,7 +137,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         if op in ("exp", "sin", "cos"):  # the derivative between them
             need(self.nodes[p[1]] == [{"sin": "cos", "cos": "sin"}.get(op, op), p[0], i], "a wrong slope")
             return [(p[0], times(hull(x(p[1])), MINUS) if op == "cos" else hull(x(p[1])))]
-        return need(op in ("const", "param"), f"the slope of {op} is not known") or []
+        return need(op in ("const", "param", "error", "disturbance"), f"the slope of {op} is not known") or []
     def moved(self, wanted: Any, seeds: Any, local: Any) -> Any:  # the chain rule: how nodes change with some inputs
         @cache
         def row(i: int) -> Any:
@@ -147,11 +147,11 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         return [row(i) for i in wanted]
     def contract(self, k: int, rows: Any, hint: Any, fixed: Any, due: Any) -> None:  # a ball |inverse (z - centre)| <=
         n, size, read = len(self.rates), len(rows), len(self.values)                 # radius that holds the rows
-        need(["time"] not in self.nodes, "the equations depend on the time")
+        changing = {"time"} | ({"error", "disturbance"} if any(c[1] == CONVERGES for c in due) else set())
+        need(not changing & {op for op, *_ in self.nodes}, f"{' and '.join(sorted(changing))} keep runs apart")
         basis, inverse, centre, (radius, near, rate) = map(hinted, hint["form"])
         stretch, turned, text = least_stretch(inverse, basis), exact(inverse), "distances are not shown to shrink"
-        need(len(basis) == len(centre) == size == n + len(self.next), "no form of the states")
-        need(0 <= near <= radius, "no ball")
+        need(len(basis) == len(centre) == size == n + len(self.next) and 0 <= near <= radius, "no ball of the states")
         def away(z: Any) -> int: return length(*zip(*multiplied(turned, [[add(a, [-c])] for a, c in zip(z, centre)])))
         need(away(rows) <= radius, "the set does not lie in the ball")
         due, runs = [(text, clauses, 0, end) for text, clauses, _, end in due], list[Any]()
@@ -161,8 +161,8 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             runs.append(self.pass_by(k, box, hint["periods"][r == radius], fixed, due if len(runs) == 2 else []))
         drift = away(runs[0][0])
         need(runs[2][2] and drift + (rate * near >> BITS) + 1 <= near, "the centre moves too far")
-        # As distances between points of the near ball and of the ball shrink by the rate, both balls are mapped into
-        # themselves, the near one has a fixed point (Banach), and all that is in the ball converges to this point.
+        # Distances between points of the near ball and of the ball shrink by the rate, for the same errors: both are
+        # mapped into themselves. Without errors the near one has a fixed point (Banach), to which the ball converges.
         names, whole = [*keyed(state=self.rates, held=self.values, memory=self.next)], unit(size + read)
         for (y, step), (x, _) in zip(runs[1][2], runs[2][2], strict=True):
             local = partial(self.slopes, self.series(x), self.series(y))

@@ -1,7 +1,7 @@
 """Re-check the proved claims of loops by the checker, and print a table of them.
 
 python tests/bench/certificates.py [FILE...]: without a file those of the gallery and of rules/loops.
-Each file is proved, and its certificate is verified by a checker that lies alone in a folder, in a Python without packages.
+Each file is proved, and its certificate is verified by a checker alone in a folder, in a Python without packages.
 """
 
 import json

@@ -25,7 +25,7 @@ from fuzzyctl.analysis.reach.reach import ReachableSets
 from fuzzyctl.analysis.reach.sets import _boxed, modes
 from fuzzyctl.analysis.reach.surfaces import _over_slabs, _slopes
 from fuzzyctl.analysis.reach.translation import NoCertificateError, problem_of
-from fuzzyctl.analysis.verify import Loop, keyed
+from fuzzyctl.analysis.verify import CONVERGES, Loop, keyed
 from fuzzyctl.analysis.verify_numbers import ONE
 from fuzzyctl.analysis.work import clock
 from fuzzyctl.formats.fz_strings import guarantee_text
@@ -44,7 +44,7 @@ _SECONDS: Final = 60.0
 _CUTS: Final = 3
 #: Rates of a ball that are tried: parts of the way from the proposed one to 1; near balls as parts of the ball.
 _SLOWER: Final = (0.02, 0.3, 0.9)
-_NEAR: Final = (1e-9, 1e-6)
+_NEAR: Final = (1e-9, 1e-6, 1e-3)
 #: Most combinations of corners of slopes.
 _CORNERS: Final = 256
 #: Symbols for each state from which on they are reduced, and to which.
@@ -104,21 +104,28 @@ class Search:
             hint |= self.smaller(anchor) | ({"anchor": True} if anchor else {})
         self.steps.append(hint)
 
-    def come_back(self, begin: float, until: float) -> None:
-        """Go on until a set lies within an earlier one.
+    def come_back(self, sets: ReachableSets | None, begin: float, until: float) -> dict[str, Any]:
+        """Go on until a set lies within an earlier one, or in a ball that contracts, and return the hints.
 
         Args:
+            sets: The sets of the loop to look for balls, None to look for none.
             begin: The first sample that a claim is about.
             until: Processor seconds at which the time is over.
 
         Raises:
-            NoCertificateError: If none does in time.
+            NoCertificateError: If neither is found in time.
         """
-        p = self.loop.params
-        anchor: Any = None
+        p, anchor, reason = self.loop.params, None, ""
+        converges = any(clauses == CONVERGES for _, clauses, _, _ in self.loop.claims)
         while True:
-            k = len(self.steps) + 1
-            place = k in ANCHORS and k >= begin
+            k = len(self.steps)
+            if sets is not None and k in LOOKS and k >= begin:
+                try:
+                    if (found := self.contraction(sets)) is not None:
+                        return {"steps": self.steps, "ball": self.ball(found)}
+                except (NoTubeError, DomainError, stability.LeavesRangeError, AssertionError) as error:
+                    reason = f": {error}"
+            place = k + 1 in ANCHORS and k + 1 >= begin and not converges
             self.period(place)
             if place:
                 rows = [[a[0], 0, *a[2 : 2 + p]] for a in self.rows]
@@ -126,35 +133,18 @@ class Search:
             elif anchor is not None:
                 with suppress(AssertionError):
                     self.loop.inside(self.rows, *anchor)
-                    return
+                    return {"steps": self.steps}
             if clock.used() > until:
-                raise NoCertificateError(f"no set of the first {k} periods lies in an earlier one")
+                what = "is shown to contract" if converges else "lies in an earlier one"
+                raise NoCertificateError(f"no set of the first {k + 1} periods {what}{reason}")
 
-    def converge(self, sets: ReachableSets, until: float) -> dict[str, Any]:
-        """Go on until a ball around the set contracts, and return the hint of this ball.
-
-        Raises:
-            NoCertificateError: If none does in time.
-        """
-        p, reason = self.loop.params, ""
-        free = [_floats([self.fixed["param", i]]) for i in range(p)]
-        while True:
-            if len(self.steps) in LOOKS:
-                rows = _floats(self.rows)
-                width = min(map(len, [*self.before, *self.rows])) if self.before else 0
-                pairs = [[a[None, :width] for a in _floats(r)] for r in (self.before, self.rows)]
-                try:
-                    motion = modes(*pairs) if self.before else None
-                    ball = stability.contraction(sets, [a[None] for a in rows], free, motion)
-                    if ball is not None:
-                        return self.ball(ball)
-                except (NoTubeError, DomainError, stability.LeavesRangeError, AssertionError) as error:
-                    reason = f": {error}"
-            if clock.used() > until:
-                raise NoCertificateError(
-                    f"no ball around a set of the first {len(self.steps)} periods contracts{reason}"
-                )
-            self.period()
+    def contraction(self, sets: ReachableSets) -> stability.Contraction | None:
+        """Return a ball around the set that may contract."""
+        free = [_floats([self.fixed["param", i]]) for i in range(self.loop.params)]
+        rows = [a[None] for a in _floats(self.rows)]
+        width = min(map(len, [*self.before, *self.rows]))
+        before, after = ([a[None, :width] for a in _floats(r)] for r in (self.before or self.rows, self.rows))
+        return stability.contraction(sets, rows, free, modes(before, after) if self.before else None)
 
     def ball(self, found: stability.Contraction) -> dict[str, Any]:
         """Return the hint of a ball.
@@ -345,7 +335,8 @@ def _certified(prover: LoopProver, claims: Sequence[Always | Stable]) -> dict[st
     problem, ranges, sets = _problem(prover, claims)
     loop = Loop(problem)
     numbers.WORK[0] = 0
-    proof = _proof(loop, ranges, clock.used() + _SECONDS, _CUTS, sets if isinstance(claims[0], Stable) else None)
+    converges = any(isinstance(c, Stable) for c in prover.own)
+    proof = _proof(loop, ranges, clock.used() + _SECONDS, _CUTS, sets if converges else None)
     return problem | {"proofs": [proof | {"claims": [*range(len(loop.claims))]}]}
 
 
@@ -383,19 +374,15 @@ def _proof(
         ranges: Ends of the ranges of params and states.
         until: Processor seconds at which the time is over.
         cuts: How often a range may still be halved.
-        sets: The sets of the loop if the claim is that it converges, else None.
+        sets: The sets of the loop if it is claimed to converge, else None.
 
     Raises:
         AssertionError, NoCertificateError: If they do not show them.
     """
     search = Search(loop, ranges)
     try:
-        if sets is not None:
-            ball = search.converge(sets, until)
-            proof: dict[str, Any] = {"steps": search.steps, "ball": ball}
-        elif any(math.isinf(end) for *_, end in loop.claims):
-            search.come_back(max(begin for _, _, begin, _ in loop.claims) / ONE, until)
-            proof = {"steps": search.steps}
+        if any(math.isinf(end) for *_, end in loop.claims):
+            proof = search.come_back(sets, max(begin for _, _, begin, _ in loop.claims) / ONE, until)
         else:
             while len(search.steps) * ONE < max(end for *_, end in loop.claims):
                 search.period()

@@ -467,7 +467,7 @@ class LoopProver:
             motion = modes(previous[0], rows) if previous else None
             previous[:] = [rows]
             if (
-                period in _LOOKS
+                period in LOOKS
                 and period * length >= max(begin, self._settled - 0.5 * length)
                 and in_ball(rows, motion)
             ):

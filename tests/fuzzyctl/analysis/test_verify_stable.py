@@ -267,7 +267,7 @@ def settling(v, nodes, *, rates=(), following=(), held=(), start, form, tube=(),
     """Return a part whose claim is convergence; the form is basis, centre, radius, near and rate."""
     basis, centre, *sizes = form
     inverse = basis if len(centre) > 1 else [[1 / basis[0][0]]]
-    period = {"tables": {}, "parts": [{"tube": [*tube], "order": 4}] * parts}
+    period = {"tables": {}, "parts": [{"tube": [*tube], "order": 4, "apart": []}] * parts}
     ball = {"form": [basis, inverse, centre, sizes], "periods": [period, period], "vary": [*vary]}
     part = simple(v, rates, start=start, steps=[], nodes=nodes, held=held, following=following,
                   claims=[["stable", v.CONVERGES, 0, None]])  # fmt: skip
@@ -346,6 +346,16 @@ def only_still_loops_converge(v):
         assert shows(v, part) == proved
 
 
+def errors_stay_in_the_ball(v):
+    """m' = 2 + 0.5 (m - 2), with an error e or a disturbance, is within 2 e of 2 for ever."""
+    for size, limit, proved in ((0.1, 3.1, True), (0.1, 2.9, False), (0.45, 3.1, False)):
+        for node, noise in ((["error", size], []), (["disturbance", 0], [[-size, size]])):
+            part = memory(v, start=(1.9, 2.1), form=([[1.0]], [2.0], 1.0, 1.0, 0.6), disturbances=noise)
+            part["nodes"] += [node, ["+", 4, 5], ["const", -1.0], ["*", 0, 7], ["const", limit], ["+", 8, 9]]
+            part |= {"next": [6], "claims": [["m <= limit", [[[10, 0]]], 0, None]]}
+            assert shows(v, part) == proved, (size, limit, node)
+
+
 def bends_have_two_slopes(v):
     """m' = a m + b |m|: its slopes are a + b and a - b."""
     for a, b, start, proved in (
@@ -400,8 +410,8 @@ def plants_move_between_samples(v):
 
 
 CHECKS = [chords_hold_all, units_of_chords_count, slopes_hold_differences, steps_hold_what_moves,
-          norms_are_those_of_matrices, balls_hold_their_runs, only_still_loops_converge, bends_have_two_slopes,
-          plants_move_between_samples]  # fmt: skip
+          norms_are_those_of_matrices, balls_hold_their_runs, only_still_loops_converge, errors_stay_in_the_ball,
+          bends_have_two_slopes, plants_move_between_samples]  # fmt: skip
 
 
 @pytest.mark.parametrize("check", CHECKS)
@@ -434,8 +444,8 @@ MUTANTS = {
                                               slopes_hold_differences),
     "any derivative will do": ("need(self.nodes[p[1]] ==", "need(True or self.nodes[p[1]] ==", slopes_hold_differences),
     "a sum moves with its first part": ("for j in p[:2]]", "for j in p[:1]]", slopes_hold_differences),
-    "what is not known has no slope": ('need(op in ("const", "param"), f"the slope', 'need(True, f"the slope',
-                                       slopes_hold_differences),
+    "what is not known has no slope": (
+        'need(op in ("const", "param", "error", "disturbance")', "need(True", slopes_hold_differences),
     "a series has no rest": ("[[add(x, [0, rest])", "[[add(x, [0, 0])", steps_hold_what_moves),
     "a series ends at a small term": ("largest(a) * step >> BITS > k * ONE // 2 or ", "", steps_hold_what_moves),
     "radii do not count": ("q = limit - math.isqrt(sum(a[1] ** 2", "q = limit - 0 * math.isqrt(sum(a[1] ** 2",
@@ -454,11 +464,14 @@ MUTANTS = {
     "the centre is where it is": ("[[add(a, [-c])]", "[[add(a, [0 * c])]", balls_hold_their_runs),
     "no time passes in a ball": ("need(runs[2][2] and drift", "need(drift", balls_hold_their_runs),
     "slopes are not judged": ("need(shrinks(multiplied", "need(True or shrinks(multiplied", balls_hold_their_runs),
-    "errors and disturbances stay": (
-        'op in ("const", "param")', 'op in ("const", "param", "error", "disturbance")', only_still_loops_converge),
-    "the time stays": ('need(["time"] not in self.nodes', 'need(True', only_still_loops_converge),
+    "errors converge": ('({"error", "disturbance"} if', '({"disturbance"} if', only_still_loops_converge),
+    "disturbances converge": ('({"error", "disturbance"} if', '({"error"} if', only_still_loops_converge),
+    "the time stays": ('changing = {"time"} |', 'changing = set() |', only_still_loops_converge),
     "convergence needs no ball": ("clauses != CONVERGES and anchor", "anchor", only_still_loops_converge),
     "convergence ends": ("need(all(b == math.inf", "need(True or all(b == math.inf", only_still_loops_converge),
+    "claims are not looked at in a ball": ("due if len(runs) == 2 else []", "[]", errors_stay_in_the_ball),
+    "claims are looked at in the near ball": ("due if len(runs) == 2", "due if len(runs) == 0",
+                                              errors_stay_in_the_ball),
     "a bend has one slope": ("chords(([[-m, 0, m]], [m, 0, m])", "chords(([[-m, 0, m]], [-m, 0, m])",
                              bends_have_two_slopes),
     "a corner has one end": ("[[[a[0] - a[1], 0], [a[0] + a[1], 0]]", "[[[a[0] + a[1], 0]]", bends_have_two_slopes),
