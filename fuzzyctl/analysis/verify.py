@@ -170,13 +170,13 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             whole = multiplied(evolved([*rates, *([[0, 0]] * len(names) for _ in names[n:])], step), whole)
         begin, options = cache(partial(self.slopes, runs[2][1], runs[1][1])), []
         seeds = dict(zip([*names[:n], *names[n + read:]], unit(size)))
-        for i in hint["vary"]:  # slopes of nodes are means of those at corners, of which the slopes of all are affine
+        for i in hint["vary"]:  # slopes are means of those at corners; those of the whole are affine in each
             wide = [[[a[0] - a[1], 0], [a[0] + a[1], 0]] if a[1] >> (BITS // 2) else [a] for _, a in begin(i)]
             options.append([[(j, a) for (j, _), a in zip(begin(i), corner)] for corner in product(*wide)])
         for corner in product(*options):
             picked = dict(zip(hint["vary"], corner))
-            made = self.moved([*self.values, *self.next], seeds, lambda i: picked.get(i) or begin(i))  # noqa: B023
-            matrix = multiplied(whole[:n], [*unit(size)[:n], *made[:read], *unit(size)[n:]]) + made[read:]
+            inner = self.moved([*self.values, *self.next], seeds, lambda i: picked.get(i) or begin(i))  # noqa: B023
+            matrix = multiplied(whole[:n], [*unit(size)[:n], *inner[:read], *unit(size)[n:]]) + inner[read:]
             need(shrinks(multiplied(multiplied(turned, matrix), exact(basis)), rate * stretch >> BITS), text)
 def check(data: Any) -> None:  # a whole file, and print its claims
     need(data["format"] == "fuzzyctl certificate 2" and data["parts"], "the file has another format, or no parts")

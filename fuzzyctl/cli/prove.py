@@ -260,8 +260,8 @@ def _write_certificate(path: str, proofs: Sequence[Proof]) -> dict[str, str]:
 def verify(file: str, source: str | None) -> int:
     """Check a certificate that 'fuzzyctl prove --certificate' wrote, without the rule file.
 
-    The check is one module of 200 lines that needs Python alone; it evaluates the loop's equations with whole
-    numbers, rounded outward, and searches for nothing. Exit code 1 with the first step that does not hold.
+    The check is two modules of at most 200 lines that need Python alone; they evaluate the loop's equations with whole
+    numbers, rounded outward, and search for nothing. Exit code 1 with the first step that does not hold.
     """
     from fuzzyctl.analysis import verify as checker
     from fuzzyctl.analysis.reach.certificate import is_of

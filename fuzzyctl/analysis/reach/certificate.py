@@ -121,8 +121,8 @@ class Search:
             k = len(self.steps)
             if sets is not None and k in LOOKS and k >= begin:
                 try:
-                    if (found := self.contraction(sets)) is not None:
-                        return {"steps": self.steps, "ball": self.ball(found)}
+                    if (ball := self.contraction(sets)) is not None:
+                        return {"steps": self.steps, "ball": self.ball(ball)}
                 except (NoTubeError, DomainError, stability.LeavesRangeError, AssertionError) as error:
                     reason = f": {error}"
             place = k + 1 in ANCHORS and k + 1 >= begin and not converges
@@ -146,16 +146,16 @@ class Search:
         before, after = ([a[None, :width] for a in _floats(r)] for r in (self.before or self.rows, self.rows))
         return stability.contraction(sets, rows, free, modes(before, after) if self.before else None)
 
-    def ball(self, found: stability.Contraction) -> dict[str, Any]:
+    def ball(self, proposed: stability.Contraction) -> dict[str, Any]:
         """Return the hint of a ball.
 
         Raises:
             AssertionError: If the checker refuses it.
         """
-        loop, basis, centre = self.loop, found.basis, found.centre.tolist()
-        radius = found.radius * (1.0 + 1e-6)
+        loop, basis, centre = self.loop, proposed.basis, proposed.centre.tolist()
+        radius = proposed.radius * (1.0 + 1e-6)
         refused = AssertionError()
-        for share in _NEAR if found.to_rest else (1.0,):
+        for share in _NEAR if proposed.to_rest else (1.0,):
             near, searches = radius * share, list[Search]()
             for size in (radius, near):
                 searches.append(Search(loop, self.ranges))
@@ -169,7 +169,7 @@ class Search:
             values = [loop.pass_by(1, s.before, s.steps[0], s.fixed, ())[1] for s in searches]
             hint = {"periods": [inner, whole], "vary": self._varied(*values)}
             for slower in _SLOWER:
-                rate = found.rate + (1.0 - found.rate) * slower
+                rate = proposed.rate + (1.0 - proposed.rate) * slower
                 hint["form"] = [basis.tolist(), np.linalg.inv(basis).tolist(), centre, [radius, near, rate]]
                 try:
                     loop.contract(len(self.steps) + 1, self.rows, hint, self.fixed, loop.claims)
