@@ -22,11 +22,12 @@ def between(low: int, high: int) -> list[int]:  # all numbers from low to high
     need(low <= high, "a range is empty")
     return [(low + high) >> 1, high - ((low + high) >> 1)]
 def enclosed(low: Any, high: Any) -> list[int]: return between(hinted(low), -hinted(-high))  # ends are cut outward
-def add(a: Any, b: Any) -> Any: return need(True, "", len(a + b)) or [x + y for x, y in zip_longest(a, b, fillvalue=0)]
+def add(a: Any, b: Any) -> Any:
+    return need(True, "", 9 + len(a + b)) or [x + y for x, y in zip_longest(a, b, fillvalue=0)]
 def minus(a: Any, b: Any) -> Any: return add(a, times(b, MINUS))
-def total(forms: Any) -> list[int]: return reduce(add, forms, [0, 0])
-def times(a: list[int], b: list[int]) -> list[int]:  # e e lies in [0, 1] = 1/2 + [-1/2, 1/2], e f in [-1, 1]
-    if not (any(a) and any(b)): return [0, 0]
+def total(forms: Any) -> Any: return reduce(add, forms, [0, 0])
+def times(a: list[int], b: list[int]) -> Any:  # e e lies in [0, 1] = 1/2 + [-1/2, 1/2], e f in [-1, 1]
+    if not (any(a) and any(b)): return need(True, "", 9) or [0, 0]
     both, ra, rb = [x * y for x, y in zip(a[2:], b[2:])], sum(map(abs, a[1:])), sum(map(abs, b[1:]))
     r = abs(a[0]) * b[1] + abs(b[0]) * a[1] + ra * rb - sum(map(abs, both)) // 2
     g = [(a[0] * y + b[0] * x) >> BITS for x, y in zip_longest(a[2:], b[2:], fillvalue=0)]
@@ -113,10 +114,10 @@ def evolved(a: Any, step: int) -> Any:  # all d(step) with d' = A d, from unit v
         result, rest = [[add(*pair) for pair in zip(*rows)] for rows in zip(result, term)], largest(term)
     return [[add(x, [0, rest]) for x in row] for row in result]  # each further term is at most half of the one before
 def least_stretch(inverse: Any, basis: Any) -> Any:  # s > 0 with |inverse basis y| >= s |y| for all y
-    need(all(len(row) == len(basis) == len(inverse) for row in (*basis, *inverse)), "no square matrices")
+    need(all(len(row) == len(basis) == len(inverse) for row in (*basis, *inverse)), "no squares", 9 * len(basis) ** 3)
     pairs = [[sum(map(int.__mul__, row, column)) for column in zip(*basis)] for row in inverse]
     rest = [[(x - ONE**2 * (i == j)) >> BITS, 1] for i, row in enumerate(pairs) for j, x in enumerate(row)]
-    need(length(rest) < ONE, "the inverse is none", len(basis) ** 3)
+    need(length(rest) < ONE, "the inverse of a form is wrong")
     return ONE - length(rest)
 def shrinks(matrix: Any, limit: int) -> bool:  # whether all matrices of intervals have a 2-norm below the limit
     n, before = range(len(matrix)), 1          # that of the radii is at most the root of the sum of their squares

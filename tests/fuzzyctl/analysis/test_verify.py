@@ -604,7 +604,7 @@ MUTANTS = {
     "a disturbance does not move": ("[[add(rows[i], [0, apart[i]]) for i in n] for rows in results]", "results",
                                     steps_hold_their_solutions),
     "no time passes": ('need(hint["parts"] or done', "need(True", steps_hold_their_solutions),
-    "a claim ends early": ("need(ever if end", "need(True if end", steps_hold_their_solutions),
+    "a claim ends early": ("else end <= (k - 1) * ONE", "else True", steps_hold_their_solutions),
     "a claim begins late": ("(b > c[2] or", "(a > c[2] or", steps_hold_their_solutions),
     "a claim is not looked at": ("need(holds, f", "need(True, f", claims_are_strict),
     "a claim has no proof": ("need(any(i in proof", "need(True or any(i in proof", claims_are_strict),
