@@ -48,7 +48,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             if k and seeds is not None: return seeds.get((op, *rest), [0, 0])  # a derivative by inputs, not by time
             if op == "state" and k: return times(v(self.rates[rest[0]], k - 1), [ONE // k, 1])  # x' = rate
             return [ONE if (op, k) == ("time", 1) else 0, 0] if k else inputs[op, *rest]
-        def folded(a: int, b: int, k: int, js: Any) -> list[int]: return total(times(v(a, j), v(b, k - j)) for j in js)
+        def folded(a: int, b: int, k: int, js: Any) -> Any: return total(times(v(a, j), v(b, k - j)) for j in js)
         return v
     def advance(self, inputs: Any, x: Any, begin: int, step: int, hint: Any) -> Any:  # states at the end and over it
         tube, n, order = [between(a, b) for a, b in hinted(hint["tube"])], range(len(x)), range(65).index(hint["order"])

@@ -42,7 +42,7 @@ EXP, SIN, COS, NEG = (partial(wave, s) for s in ((1, 1, 1, 1), (0, 1, 0, -1), (1
 FUNCTIONS: dict[str, Any] = {"exp": (EXP, EXP), "sin": (SIN, COS), "cos": (COS, NEG), "abs": (abs, abs),  # value, slope
     "inverse": (lambda m: ONE**2 // m, lambda m: -(ONE**3 // m**2)),  # at m, wrong by less than 2 units each
     "sqrt": (lambda m: math.isqrt(max(m, 0) << BITS), lambda m: math.isqrt(ONE**3 // (4 * m)))}  # 0 for negative m
-def applied(name: str, a: list[int]) -> list[int]:  # f(x) = f(m) + s (x - m) + rest; m is the middle of the range
+def applied(name: str, a: list[int]) -> Any:  # f(x) = f(m) + s (x - m) + rest; m is the middle of the range
     (low, high), (value, slope), m = ends(a), FUNCTIONS[name], a[0]
     need(m > 0 if name == "sqrt" else name != "inverse" or low > 0 or high < 0, f"{name} of a set that holds 0")
     f, s, r = value(m), (abs(high) - abs(low)) * ONE // max(high - low, 1) if name == "abs" else slope(m), high - m
