@@ -122,7 +122,11 @@ class Search:
             if sets is not None and k in LOOKS and k >= begin:
                 try:
                     if (ball := self.contraction(sets)) is not None:
-                        return {"steps": self.steps, "ball": self.ball(ball)}
+                        hint = self.ball(ball)  # which takes the place of an anchor
+                        return {
+                            "steps": [{k: v for k, v in s.items() if k != "anchor"} for s in self.steps],
+                            "ball": hint,
+                        }
                 except (NoTubeError, DomainError, stability.LeavesRangeError, AssertionError) as error:
                     reason = f": {error}"
             place = k + 1 in ANCHORS and k + 1 >= begin and not converges
