@@ -113,6 +113,12 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
     """
     changed = within_ranges(loop, values)
     mistakes = list(numbers_of_all(changed))
+    ends = [e for b in loop.family.values() for e in (b.lower, b.upper) if e is not None]
+    if values.keys() & names_behind(loop.params, ends):  # not for each member of the family
+        from fuzzyctl.simulation import families
+
+        found = families.mistakes(changed, changed.param_values)
+        mistakes += [d for d in found if d.severity == "error"]
     if mistakes:
         raise DiagnosticError(mistakes)
     return changed

@@ -340,3 +340,18 @@ def test_a_side_without_length_is_not_cut_and_the_start_has_no_error(monkeypatch
     looking = prover.LoopProver(alone("der x = -x", *lines), 20.0)
     looking.__dict__["_refuted"] = {}
     assert looking.verdict(looking.own[0]).remaining == 1
+
+
+def test_a_claim_is_not_about_the_step_after_its_end():
+    """x = 1 + t, whatever other claims speak of; the controller jumps at 0.3 s, and its new output counts."""
+    lines = "der x = 1", "run 1 s step 100 ms", "require always p.y <= 3"
+    claims = [f"require always p.y <= {limit} until 0.3 s" for limit in (1.3001, 1.2999)]
+    assert proofs(alone(*lines, *claims, "require always p.y <= 1.3001 from 0.3 s until 0.3 s")) == [
+        True, True, False, True]  # fmt: skip
+    text = "controller c\nstate n = 0\nnext n = n + 1\noutput v = where(n >= 3, 1, 0)\nevery 100 ms\nloop l\n"
+    text += "block c = c()\nrun 1 s\nrequire always c.v <= 1\n"
+    assert proofs(loop_of(text, *(f"require always c.v <= 0 until {t} s" for t in (0.3, 0.299)))) == [True, False, True]
+    # A state may leave its range afterwards.
+    text = ALONE.replace("state x = 1", "state x in [0, 1.35] = 1").format(plant="der x = 1\n", lines="run 0.9 s step 100 ms\n")
+    claims = ["require always p.y <= 1.301 until 0.3 s", "require always p.y <= 1.41 until 0.4 s"]
+    assert proofs(loads(text + "".join(f"{c}\n" for c in claims), block="l")) == [True, False]
