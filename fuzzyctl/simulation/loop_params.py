@@ -113,7 +113,7 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
     """
     changed = within_ranges(loop, values)
     mistakes = list(numbers_of_all(changed))
-    ends = [e for b in loop.family.values() for e in (b.lower, b.upper) if e is not None]
+    ends = [e for b in loop.family.values() for e in (b.lower, b.upper)]
     if values.keys() & names_behind(loop.params, ends):  # not for each member of the family
         from fuzzyctl.simulation import families
 

@@ -160,17 +160,19 @@ class LoopProver:
         loop = self.loop
         if math.isfinite(end):
             loop = replace(loop, duration=Number(math.ceil(end / step - ALIGNED) * step))
-        equations = without_idle_samples(loop, conditions, params)
+        equations = without_idle_samples(loop, conditions, params, self._outputs)
+        if not isinstance(equations, str) and equations.samples - 1 < end / equations.step - ALIGNED < math.inf:
+            # The values that are given end with the run.
+            again = kept_samples(loop_equations(loop, conditions, params)) if equations.given else equations
+            equations = again if equations.given else replace(equations, samples=equations.samples + 1)
         if isinstance(equations, str):
             raise DomainError(equations)
-        if equations.samples - 1 < end / equations.step - ALIGNED < math.inf:
-            equations = replace(equations, samples=equations.samples + 1)
         equations = with_any_noise(on_chip(equations, self.chip.blocks if self.chip else {}), self.noise)
         columns = np.zeros((equations.samples, 0))
         if equations.given:
             from fuzzyctl.simulation.experiment import Experiment
 
-            columns = Experiment(loop, "python").given
+            columns = Experiment(loop, "python").given[:: round(equations.step / step)]
         return ReachableSets(equations, len(conditions), columns, self._outputs)
 
     def verdict(self, claim: Always | Stable) -> Verdict:
