@@ -154,10 +154,10 @@ def without_idle_samples(
     if isinstance(equations, str) or loop.step is None or not periods or None in periods:
         return equations
     signals = [equations.signals[n] for n in (*outputs, *(f"#{k}" for k in range(len(conditions))))]
-    seen: list[Expr] = [*(s.derivative for s in equations.plant_states), *signals]
-    items, held = reached(equations, seen)
-    seen += [e for i in items for e in (i.arguments if isinstance(i, Evaluation) else (i.value,))]
-    if {*held, *(n.name for e in seen for n in names_in(e))}.intersection(chain.from_iterable(equations.given)):
+    readers: list[Expr] = [*(s.derivative for s in equations.plant_states), *signals]
+    items, names = reached(equations, readers)
+    readers += [e for i in items for e in (i.arguments if isinstance(i, Evaluation) else (i.value,))]
+    if {*names, *(n.name for e in readers for n in names_in(e))}.intersection(chain.from_iterable(equations.given)):
         return equations
     states = {s.name for s in equations.states}
     if any(n.name in states for c in conditions for n in names_in(c)):

@@ -105,9 +105,9 @@ class Flow:
         polynomial: list[list[Value]]
         begin = np.array([[time, _ROUNDING * abs(time)]])
         small = [forms.radius(a) * _SMALL for a in x]
-        for own in (True,) if self.spread.size else (False, True):
+        for again in (True,) if self.spread.size else (False, True):
             try:
-                if own:  # f over the tube itself, which a limit may touch that the wider one crosses
+                if again:  # f over the tube itself, which a limit may touch that the wider one crosses
                     whole = Series(self.nodes, [_clock(time, step), *tube, *(_flat(c) for c in constants)])
                     whole.extend()
                 *lower, rest = self._coefficients(whole, tube, ORDER + 1, small, step)
@@ -225,7 +225,7 @@ def _ends(rows: Sequence[Form]) -> tuple[Form, Form]:
 
 
 def _moved(low: Form, high: Form, change: Form) -> tuple[Form, Form]:
-    """Return the ends of what values reach that change by up to some steps, least and largest ones."""
+    """Return the ends of values that change by up to some steps, the least and the largest ones."""
     return low + np.minimum(change[0], 0.0), high + np.maximum(change[1], 0.0)
 
 

@@ -383,10 +383,10 @@ class LoopProver:
                 continue
             # At the last time of the claim it is about this instant alone.
             last = step.begin is not None and step.time >= claim.end - 1e-9 * step.length
-            seen = step.begin() if step.begin is not None and last else step
-            checks = self._left(sets, seen)
-            if claim.speaks_of(seen):
-                checks.append(("the enclosure is too wide", ~seen.truths[k][0]))
+            place = step.begin() if step.begin is not None and last else step
+            checks = self._left(sets, place)
+            if claim.speaks_of(place):
+                checks.append(("the enclosure is too wide", ~place.truths[k][0]))
             for text, mask in checks:
                 for box in np.flatnonzero(np.broadcast_to(mask, count)):
                     if not broken[k][box][1]:
