@@ -110,7 +110,7 @@ MUTANTS = {
     "memory stays": (
         "reach", "for u in map(as_form, updates)]", "for u in m]", "reach"),
     "the last step of a claim is missed": (
-        "prover", "Number(math.ceil(end / step - ALIGNED)", "Number(math.floor(end / step)", "prover"),
+        "prover", "replace(equations, samples=equations.samples + 1)", "equations", "prover"),
     "a claim is not examined in a ball": (
         "prover", "return not during[0][0][1]", "return True", "prover"),
     "states may leave their ranges": (
