@@ -114,7 +114,7 @@ class _Setting:
 @click.option("--fixed", metavar="Qm.n", help="Prove loops with the fixed-point code of 'codegen --fixed'.")
 @click.option(
     "--noise",
-    type=NotNegative(),
+    type=NotNegative(finite=True),
     metavar="DEVIATIONS",
     help="Prove loops for noise of any values up to this number of standard deviations.",
 )
