@@ -143,6 +143,15 @@ def mark(panels: Any, trajectory: Trajectory, scenario: Scenario) -> None:
         axes.set_xlabel("t [s]")
 
 
+def finished(
+    figure: Figure, rows: Any, trajectory: Trajectory, scenario: Scenario, *named: Any, columns: int = 6
+) -> Figure:
+    """Return a figure with marks in its panels over time `rows`, and a legend of the panels `named`."""
+    mark(rows, trajectory, scenario)
+    legend(figure, *named, columns=columns)
+    return figure
+
+
 def legend(figure: Figure, *panels: Any, columns: int = 6, title: str = "") -> None:
     """Put one legend with every line of some panels below a figure, the marks of `mark` last.
 

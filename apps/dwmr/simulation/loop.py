@@ -146,17 +146,6 @@ class Target(NamedTuple):
     avoidance_radius: float
 
 
-class Leader(NamedTuple):
-    """Posture, velocities and `d` of a robot, or of the body of a virtual structure, that a follower keeps to."""
-
-    x: float
-    y: float
-    theta: float
-    v: float
-    omega: float
-    d: float
-
-
 @compiled
 def run_periods(
     first: int,
@@ -347,18 +336,20 @@ def _aim(i: int, reference: Reference, obstacles: FloatArray, world: World, memo
 
 
 @compiled
-def _leader(j: int, body: Reference, states: FloatArray, slip: FloatArray, share: float, world: World) -> Leader:
-    """Return robot `j`, or for -1 the body of a virtual structure.
+def _leader(
+    j: int, body: Reference, states: FloatArray, slip: FloatArray, share: float, world: World
+) -> tuple[Reference, float]:
+    """Return posture, velocities and `d` of robot `j`, or for -1 of the body of a virtual structure.
 
     Args:
         states, slip: Of all robots.
         share: Of the slip that counts.
     """
     if j < 0:
-        return Leader(body.x, body.y, body.theta, body.v, body.omega, 0.0)
+        return body, 0.0
     s = state_of(states[j])
     v, omega = s.v + share * slip[j, 0], s.omega + share * slip[j, 1]
-    return Leader(s.x, s.y, s.theta, v, omega, world.robots[j].d)
+    return Reference(s.x, s.y, s.theta, v, omega), world.robots[j].d
 
 
 @compiled
@@ -367,8 +358,8 @@ def _place(i: int, body: Reference, world: World, memory: Memory) -> Target:
     x_r = y_r = v_r = 0.0
     for e in range(world.robots[i].first, world.robots[i].last):
         edge = world.edges[e]
-        lead = _leader(edge.leader, body, memory.plant, memory.slip, 1.0, world)
-        x, y = follower_position(lead.x, lead.y, lead.theta, lead.d, edge.separation, edge.bearing)
+        lead, d = _leader(edge.leader, body, memory.plant, memory.slip, 1.0, world)
+        x, y = follower_position(lead.x, lead.y, lead.theta, d, edge.separation, edge.bearing)
         x_r, y_r, v_r = x_r + edge.weight * x, y_r + edge.weight * y, v_r + edge.weight * lead.v
     # theta_jr = theta_i of Eq. (47) cannot be kept in a turn; the auxiliary orientation takes its place
     return Target(x_r, y_r, memory.theta_star[i], v_r, 0.0, -1.0, 0.0)
@@ -411,9 +402,9 @@ def _edge_error(
 ) -> PostureError:
     """Return the tracking error of a robot from one of its places; arguments as for `_error`."""
     edge, theta_star = world.edges[e], memory.theta_star[i]
-    lead = _leader(edge.leader, body, leaders, slip, world.known_slip, world)
+    lead, d = _leader(edge.leader, body, leaders, slip, world.known_slip, world)
     error = follower_error(
-        lead.x, lead.y, lead.theta, lead.v, lead.omega, lead.d, s.x, s.y, s.theta, theta_star, world.robots[i].d,
+        lead.x, lead.y, lead.theta, lead.v, lead.omega, d, s.x, s.y, s.theta, theta_star, world.robots[i].d,
         edge.separation, edge.bearing,
     )  # fmt: skip
     if edge.leader >= 0 and memory.own[edge.leader, V_Y] != 0.0:
