@@ -14,7 +14,7 @@ from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.analysis.reach import stability
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
-from fuzzyctl.analysis.reach.reach import ReachableSets, Step, within
+from fuzzyctl.analysis.reach.reach import ReachableSets, Record, Step, within
 from fuzzyctl.analysis.reach.sets import Dimension, Parallelotope, halves, modes, widest, with_symbols
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.work import clock
@@ -81,32 +81,6 @@ class _Claim:
         return ends and step.time <= self.end + slack
 
 
-@dataclass
-class _Record:
-    """The outputs of plants over the steps of some boxes."""
-
-    outputs: list[str]
-    steps: list[Step] = field(default_factory=list)
-
-    def add(self, step: Step) -> None:
-        if step.length:
-            self.steps.append(replace(step, truths=[], states=[], memory=[]))
-
-    def tube(self, boxes: Sequence[int]) -> Tube:
-        """Return the hull over some of the boxes."""
-        if not self.steps:
-            return Tube(np.zeros(0), np.zeros(0), {})
-        names = [n for n in self.outputs if all(n in s.outputs for s in self.steps)]
-        bounds = {}
-        for name in names:
-            low = [part[boxes].min() if len(part) > 1 else part[0] for s in self.steps for part in s.outputs[name][0]]
-            high = [part[boxes].max() if len(part) > 1 else part[0] for s in self.steps for part in s.outputs[name][1]]
-            bounds[name] = np.array(low), np.array(high)
-        count = len(bounds[names[0]][0]) // len(self.steps) if names else 1
-        starts = [s.time + k * s.length / count for s in self.steps for k in range(count)]
-        return Tube(np.array(starts), np.array([*starts[1:], self.steps[-1].time + self.steps[-1].length]), bounds)
-
-
 class LoopProver:
     """Proves the claims of a loop.
 
@@ -133,6 +107,8 @@ class LoopProver:
         #: `NAME=VALUE` by which the loop differs from that of its file.
         self.settings: Sequence[str] = ()
         self._verdicts: dict[int, Verdict] = {}
+        #: From when on all members are in balls that are proved to contract.
+        self._settled = math.inf
 
     @cached_property
     def dimensions(self) -> list[Dimension]:
@@ -280,7 +256,7 @@ class LoopProver:
             batch, boxes = boxes[:_TOGETHER], boxes[_TOGETHER:]
             low, high = np.array([b[0] for b in batch]), np.array([b[1] for b in batch])
             due = [b[2] for b in batch]
-            record = _Record(self._outputs)
+            record = Record(self._outputs)
             broken = self._enclosed(sets, asked, low, high, due, until, record)
             settling = []
             for box in range(len(batch)):
@@ -336,7 +312,7 @@ class LoopProver:
         high: Form,
         due: Sequence[Sequence[int]],
         until: float,
-        record: _Record,
+        record: Record,
     ) -> list[list[tuple[float, str, tuple[int, float]]]]:
         """Return for each claim and box the time at which it is open, the reason, and where to cut the box.
 
@@ -433,6 +409,8 @@ class LoopProver:
         sets = self.sets([claim], math.inf)
         if reason := sets.why_aperiodic():
             return Undecided(text, reason)
+        for stable in (c for c in self.own if isinstance(c, Stable)):
+            self.verdict(stable)
         return self._cut_up(lambda low, high, until: self._forever_in(claim, sets, low[None], high[None], until))
 
     def _cut_up(
@@ -476,25 +454,46 @@ class LoopProver:
         plant, memory, free = self._begin(sets, low, high)
         anchor: list[Parallelotope] = []
         previous: list[list[Form]] = []
-        invariant = [-1]
+        notes: list[str] = []
+        length = sets.equations.step
         rate = math.lcm(*sets.equations.rates.values(), 1)
 
         def look(period: int, rows: list[Form]) -> list[Form] | None:
             if period % rate:
                 return rows
             if anchor and anchor[0].holds(rows):
-                invariant[0] = period
+                notes.append(f"the set at t = {period * length:.6g} s lies in an earlier one")
                 return None
             motion = modes(previous[0], rows) if previous else None
             previous[:] = [rows]
-            if period // rate in ANCHORS and period * sets.equations.step >= begin:
+            if (
+                period in _LOOKS
+                and period * length >= max(begin, self._settled - 0.5 * length)
+                and in_ball(rows, motion)
+            ):
+                notes.append(f"from t = {period * length:.6g} s on in a ball that a period maps into itself")
+                return None
+            if period // rate in ANCHORS and period * length >= begin:
                 anchor[:] = [Parallelotope(rows, params, motion)]
                 previous.clear()
                 return anchor[0].rows
             return rows
 
+        def in_ball(rows: list[Form], motion: tuple[Form, Form] | None) -> bool:
+            try:
+                ball = stability.contraction(sets, rows, free, motion)
+                if ball is None:
+                    return False
+                states, during = ball.rows(params), [[(0.0, "", (-1, 0.0))]]
+                split = len(sets.plant)
+                for step in sets.run(states[:split], states[split:], free, params, lambda *_: None):
+                    self._look(sets, [_Claim(claim, 0.0, math.inf)], step, during)
+            except (NoTubeError, DomainError, stability.LeavesRangeError):
+                return False
+            return not during[0][0][1]
+
         broken: list[list[tuple[float, str, tuple[int, float]]]] = [[(0.0, "", (-1, 0.0))]]
-        record = _Record(self._outputs)
+        record = Record(self._outputs)
         try:
             for step in sets.run(plant, memory, free, len(self.dimensions), look):
                 record.add(step)
@@ -508,12 +507,9 @@ class LoopProver:
         except (NoTubeError, DomainError) as error:
             return Undecided(text, str(error) or "no enclosure of the solutions is proved"), longest
         finally:
-            if all(
-                map(np.array_equal, (low[0], high[0]), self._family())
-            ):  # a tube of a part is not that of the family
+            if all(map(np.array_equal, (low[0], high[0]), self._family())):  # the tube of a part is not kept
                 self._keep(record.tube([0]))
-        step_length = sets.equations.step
-        return Proved(text, note=f"the set at t = {invariant[0] * step_length:.6g} s lies in an earlier one"), -1
+        return Proved(text, note=notes[0]), -1
 
     def _stable(self) -> Verdict:
         """Return the verdict on convergence: the members come into a ball that a period contracts."""
@@ -591,6 +587,7 @@ class LoopProver:
         return Undecided(text, f"no set of t <= {time:.6g} s is proved to contract{why}"), longest
 
     def _converges(self, sets: ReachableSets, free: Sequence[Form], ball: stability.Contraction, time: float) -> Proved:
+        self._settled = time if self._settled == math.inf else max(self._settled, time)
         what = "distances to the point of rest shrink" if ball.to_rest else "distances shrink"
         note = f"from t = {time:.6g} s on {what} by {ball.rate:.6g} each {sets.equations.step:g} s"
         facts = stability.sectors(sets, free, ball) if ball.to_rest else []

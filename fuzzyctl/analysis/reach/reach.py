@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -20,6 +20,7 @@ from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.loop import TIME
 from fuzzyctl.simulation.equations import LoopEquations, PlantState, reached
 from fuzzyctl.simulation.expansion import free_name
+from fuzzyctl.simulation.members import Tube
 
 #: After how many samples a step of half as many parts is tried again, and most parts of a step.
 _RETRY: Final = 16
@@ -50,6 +51,33 @@ class Step:
     states: list[Form]
     memory: list[Form]
     outputs: dict[str, tuple[Form, Form]]
+
+
+@dataclass
+class Record:
+    """The outputs of plants over the steps of some boxes."""
+
+    outputs: list[str]
+    steps: list[Step] = field(default_factory=list)
+
+    def add(self, step: Step) -> None:
+        """Keep the outputs of a step."""
+        if step.length:
+            self.steps.append(replace(step, truths=[], states=[], memory=[]))
+
+    def tube(self, boxes: Sequence[int]) -> Tube:
+        """Return the hull over some of the boxes."""
+        if not self.steps:
+            return Tube(np.zeros(0), np.zeros(0), {})
+        names = [n for n in self.outputs if all(n in s.outputs for s in self.steps)]
+        bounds = {}
+        for name in names:
+            low = [part[boxes].min() if len(part) > 1 else part[0] for s in self.steps for part in s.outputs[name][0]]
+            high = [part[boxes].max() if len(part) > 1 else part[0] for s in self.steps for part in s.outputs[name][1]]
+            bounds[name] = np.array(low), np.array(high)
+        count = len(bounds[names[0]][0]) // len(self.steps) if names else 1
+        starts = [s.time + k * s.length / count for s in self.steps for k in range(count)]
+        return Tube(np.array(starts), np.array([*starts[1:], self.steps[-1].time + self.steps[-1].length]), bounds)
 
 
 class ReachableSets:

@@ -39,6 +39,8 @@ _PARTS: Final = 64
 #: How often a ball is widened, and norms that are tried.
 _BALLS: Final = 4
 _NORMS: Final = 3
+#: How near a point of rest is to the centre, as a part of the radius of a ball.
+_NEAR: Final = 1e-6
 #: Weights of the barrier method: the first, the factor, and how many; steps of Newton for each.
 _FIRST: Final = 1.0
 _FACTOR: Final = 8.0
@@ -67,6 +69,17 @@ class Contraction(NamedTuple):
     vertices: Form
     continuous: bool
     to_rest: bool
+
+    def rows(self, kept: int) -> list[Form]:
+        """Return a parallelotope that holds the ball and a larger one around a point of rest, see `_contracted`.
+
+        Args:
+            kept: How many symbols of other signals come first.
+        """
+        spread = self.basis * self.radius * (1.0 + 3.0 * _NEAR)
+        slack = 1e-12 * (1.0 + np.abs(self.centre))
+        whole = [self.centre[:, None], slack[:, None], np.zeros((len(self.centre), kept)), spread]
+        return list(np.concatenate(whole, 1)[:, None, :])
 
 
 class LeavesRangeError(Exception):
@@ -251,7 +264,7 @@ class _Family(NamedTuple):
                 centre = centre - np.linalg.solve(slopes, 0.5 * (low + high))
             except np.linalg.LinAlgError:
                 return None
-        return (centre, basis, 1e-6) if np.all(np.isfinite(centre)) else None
+        return (centre, basis, _NEAR) if np.all(np.isfinite(centre)) else None
 
 
 def _image(sets: ReachableSets, rows: Sequence[Form], free: Sequence[Value]) -> list[Form]:

@@ -111,6 +111,8 @@ MUTANTS = {
         "reach", "for u in map(as_form, updates)]", "for u in m]", "reach"),
     "the last step of a claim is missed": (
         "prover", "Number(math.ceil(end / step - ALIGNED)", "Number(math.floor(end / step)", "prover"),
+    "a claim is not examined in a ball": (
+        "prover", "return not during[0][0][1]", "return True", "prover"),
     "states may leave their ranges": (
         "prover", "outside = ~within(state, low, high)", "outside = np.zeros(1, bool)", "prover"),
     "an input acts as in the mean of a period": (

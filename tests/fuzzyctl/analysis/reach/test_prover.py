@@ -131,6 +131,25 @@ def test_a_set_that_turns_comes_back_into_itself_only_if_it_shrinks():
         assert proofs(loop, 8.0 if true else 1.0) == [true]
 
 
+@pytest.mark.parametrize(
+    ("condition", "true"),
+    [
+        (">= -1.5 forever", True),
+        (">= -0.2 forever", True),  # not kept in a ball around the rest that holds the start
+        (">= -0.1 forever", False),  # a spring with a damper that starts in [0.9, 1] comes to -0.163, at 3.6 s
+        (">= -0.1 from 3 s forever", False),
+        (">= -0.1 from 5 s forever", True),
+    ],
+)
+def test_a_ball_that_contracts_proves_a_claim_for_ever(condition, true):
+    lines = ["for p.x in [0.9, 1]", "run 10 s step 100 ms", f"require always p.y {condition}", "require stable"]
+    looking = prover.LoopProver(alone("state v = 0\nder x = v\nder v = -x - v", *lines), 8.0 if true else 1.0)
+    looking.__dict__["_refuted"] = {}
+    verdict = looking.verdict(looking.own[0])
+    assert isinstance(verdict, Proved) == true
+    assert not true or "in a ball that a period maps into itself" in verdict.note
+
+
 def test_a_loop_of_several_rates_and_a_counter_is_not_invariant():
     """The counter of the slow controller grows, if slowly."""
     text = RATES[: RATES.rindex("run")] + "run 3 s\n"
