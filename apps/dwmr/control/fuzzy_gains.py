@@ -193,8 +193,9 @@ class Rules:
             _check_alike(system, written, role, self.used[role].path)
         unknown, path = sorted(set(params) - set(system.values)), self.used[role].path
         if unknown:
-            known = tuple(system.values)
-            raise DiagnosticError([self.files.unknown_param(f"rules.{role}.{one}", path, known) for one in unknown])
+            params_of_file = tuple(system.values)
+            keys = [f"rules.{role}.{name}" for name in unknown]
+            raise DiagnosticError([self.files.unknown_param(key, path, params_of_file) for key in keys])
         replaced = [p for p in system.params if p.name in params]
         sources = {p.name: dict.fromkeys(n.name for n in names_in(p.expression)) for p in replaced}
         derived = [self.files.computed_param(role, name, tuple(names)) for name, names in sources.items() if names]

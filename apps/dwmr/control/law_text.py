@@ -12,12 +12,13 @@ from dwmr.control.rule_files import Used, read_whole
 from fuzzyctl.analysis.check import check_examined
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError, ValueOutOfBoundsError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.expr import Call, Keyword, Name, Number, names_in, span_of, walk
+from fuzzyctl.expr import Call, Compare, Keyword, Name, Number, names_in, span_of, walk
+from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.kernels.free_values import require_bounds
 from fuzzyctl.kernels.plan.equations import Equations, Evaluation, KeptState
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.loading.load import chosen, look_through
-from fuzzyctl.model.block import Bounds
+from fuzzyctl.model.block import Bounds, Guarantee
 from fuzzyctl.model.controller import Controller, Result
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.support.files import read_source
@@ -48,6 +49,8 @@ OFFERED = {
 COMMANDS = {"v_c": "m/s", "omega_c": "rad/s"}
 #: An output of laws of robots that move sideways: the commanded velocity to the left [m/s].
 LATERAL = "v_y_c"
+#: An output of laws with an immune reaction: the switching gain G_AIS, alone or of a channel.
+GAIN = "g_ais"
 #: Names of other columns of the data, which no output of a law may have: of every robot, of the row.
 COLUMNS = (
     *("x", "y", "theta", "v", "omega", "x_r", "y_r", "theta_r", "v_r", "theta_r_star", "x_e", "y_e"),
@@ -193,7 +196,18 @@ def read(path: Path, opened: Mapping[Path, tuple[FuzzySystem, ...]]) -> LawText:
     mistakes = list(_misfits(controller))
     if mistakes:
         raise DiagnosticError(mistakes)
-    return LawText(path, controller, read_whole(path), tuple(d for d in remarks if d.severity == "warning"))
+    warnings = tuple(d for d in remarks if d.severity == "warning")
+    return LawText(path, _with_positive_gains(controller), read_whole(path), warnings)
+
+
+def _with_positive_gains(controller: Controller) -> Controller:
+    """Add the claims that G_AIS, and β of the same channel, are positive, if the text of a law lacks them."""
+    results, texts = {r.name: r for r in controller.results}, {guarantee_text(g) for g in controller.guarantees}
+    channels = [name.removeprefix(GAIN) for name in results if f"{name}_".startswith(f"{GAIN}_")]
+    names = [f"{part}{channel}" for channel in channels for part in (GAIN, "beta") if f"{part}{channel}" in results]
+    claims = (Guarantee(claim=Compare(">", Name(n), Number(0.0)), span=results[n].span) for n in names)
+    added = tuple(claim for claim in claims if guarantee_text(claim) not in texts)
+    return replace(controller, guarantees=(*controller.guarantees, *added))
 
 
 def _misfits(controller: Controller) -> Iterator[Diagnostic]:

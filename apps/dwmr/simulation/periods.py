@@ -95,8 +95,9 @@ class Periods:
         paths, kernels: Reference trajectories, and of each robot a tuple of the law's gain kernels, as the loop takes
             them: the last ones are repeated.
         vehicles: Functions of each robot, None if all are differential drives.
+        plans: Number of the robot, control periods from one plan to the next, and function of each plan.
         raised: Errors of compiled code, from `jit.collected_errors`.
-        planning: Number of the robot for which a plan is made, -1 for none.
+        planning: Period and number of the robot for which a plan is made, None while none is.
     """
 
     def __init__(self, simulation: Simulation, *, measured: bool = False) -> None:
@@ -116,7 +117,7 @@ class Periods:
             room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples, levers)
             self.guard = (safety_of(scenario, scenario.safety), room)
         self.raised: list[BaseException] = []
-        self.planning = -1
+        self.planning: tuple[int, int] | None = None
         self._step = first_class(simulation.module.step)
         paths = {id(one): one.path for one in simulation.shapes.values()}
         self.paths = _padded([first_class(PATHS[one]) for one in paths.values()])
@@ -124,7 +125,7 @@ class Periods:
         self.kernels = _padded([tuple(first_class(k) for k in law.kernels) for law in laws])
         kinds = [one.vehicle.kind if one.vehicle else "differential" for one in scenario.robots.values()]
         self.vehicles = _padded([vehicles.vehicle(kind) for kind in kinds]) if others(scenario) else None
-        self._plans = [(i, law.every, law.plan) for i, law in enumerate(laws) if law.plan is not None]
+        self.plans = [(i, law.every, law.plan) for i, law in enumerate(laws) if law.plan is not None]
 
     def row(self, period: int) -> int:
         """Return the row of a period in the records, see `loop.row_of`."""
@@ -172,7 +173,9 @@ class Periods:
                     begin, end, self.paths, self._step, self.kernels, self.vehicles, self.world, self.memory, now,
                     noise[begin - first : end - first], self.record, self.law_record, self.guard,
                 )  # fmt: skip
-                done = done if done[2] != 0 or self.raised else self._plan(end)
+                if done[2] == 0 and not self.raised and self.plans:
+                    with reported(name, file, "run"):
+                        done = self._plan(end)
                 if done[2] != 0 or self.raised:
                     break
         if self.raised:  # by the law's step: errors of compiled code name no line
@@ -182,18 +185,20 @@ class Periods:
 
     def _breaks(self, first: int, last: int) -> list[int]:
         """Return the numbers of periods between two others before which a plan is made."""
-        breaks = (range(first + 1 + -first % every, last, every) for _, every, _ in self._plans)
+        breaks = (range(first + 1 + -first % every, last, every) for _, every, _ in self.plans)
         return sorted(set().union(*breaks))
 
     def _plan(self, reached: int) -> tuple[int, int, int]:
         """Make the plans of the period before one; return a period, a robot and a fault as `run_periods` does."""
-        for i, every, plan in self._plans:
+        for i, every, plan in self.plans:
             if reached > 0 and (reached - 1) % every == 0:
-                self.planning = i
+                self.planning = reached - 1, i
                 fault = plan(self.memory.law[i], self.world.robots[i])
-                self.planning = -1
+                if not isinstance(fault, int | np.integer):
+                    raise TypeError(f"a plan returns {fault!r:.40}, not 0 or a key of FAULTS")
+                self.planning = None
                 if fault != 0:
-                    return reached - 1, i, fault
+                    return reached - 1, i, int(fault)
         return reached, -1, 0
 
 
