@@ -52,7 +52,7 @@ class _WorkingMemory:
     """
 
     def __init__(self, periods: Periods) -> None:
-        parts = (periods.memory, periods.guard and periods.guard[1], periods.vehicles)
+        parts = (periods.memory, periods.guard and periods.guard[1])
         self._kept = [(array, array.copy()) for part in parts for array in _arrays(part)]
 
     def restore(self) -> None:
@@ -128,8 +128,8 @@ def _in_python(
             np.errstate(divide="raise", invalid="raise"),
         ):
             getattr(loop.decide, "py_func", loop.decide)(
-                period, periods.paths, kept, periods.kernels, periods.world, memory, obstacles[0], obstacles[-1],
-                periods.record, periods.law_record, periods.guard, periods.vehicles,
+                period, periods.paths, kept, periods.kernels, periods.vehicles, periods.world, memory, obstacles[0],
+                obstacles[-1], periods.record, periods.law_record, periods.guard,
             )  # fmt: skip
     except DiagnosticError as python:
         (error_in_python,), kinds = python.diagnostics, (type(compiled.__cause__), type(python.__cause__))
@@ -292,11 +292,9 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     positions = None if plant is None else np.empty((len(periods.record), plant.positions.size))
     with first_class_functions(), collected_errors() as periods.raised:
         computed, wall_s, stop = _computed(periods, report or (lambda _: None), plant, positions)
-    law_record, dt = periods.law_record, simulation.scenario.run.dt
+    law_record, dt = np.concatenate([periods.law_record, periods.memory.record], axis=2), simulation.scenario.run.dt
     if periods.guard is not None:
         law_record = np.concatenate([law_record, periods.guard[1].record], axis=2)
-    if periods.vehicles is not None:
-        law_record = np.concatenate([law_record, periods.vehicles.record], axis=2)
     records = [periods.record, law_record, *(() if positions is None else (positions,))]
     numbers = periods.recorded(computed, records)
     t: FloatArray = numbers.astype(np.float64) * dt
