@@ -313,6 +313,14 @@ def balls_hold_their_runs(v):
         part = memory(v, start=(-1, 5))
         part["proofs"][0]["ball"]["form"][1] = inverse
         assert not shows(v, part)
+    for node in (["+", 2, 3, 0], ["*", 2, 3, 0]):  # neither a sum of three, nor of the first two
+        part = memory(v)
+        part["nodes"][-1] = node
+        assert not shows(v, part)
+    for sizes in ([1.0, 1e-20, [0]], [1.0, [1.0], 0.6], [[1.0], 1.0, 0.6], [1.0, 1.0]):
+        part = memory(v)
+        part["proofs"][0]["ball"]["form"][3] = sizes
+        assert not shows(v, part)
     part = memory(v)
     part["proofs"][0]["ball"]["periods"][1] = {"tables": {}, "parts": []}
     assert not shows(v, part)
@@ -411,6 +419,17 @@ def plants_move_between_samples(v):
                             form=([[1.0, 0.0], [0.0, 1.0]], [0.0, 0.0], size, size, 0.97), tube=[[-tube, tube]],
                             parts=parts, period=0.1)  # fmt: skip
             assert shows(v, part) == proved, (a, b, c, d, e, parts)
+    # x' = 5 - x passes 4.8, though no time may pass at the centre.
+    nodes = [["const", -1.0], ["*", 0, 1], ["const", 5.0], ["+", 2, 3], ["const", 4.8], ["+", 2, 5]]
+    for target, proved in ((0.0, True), (5.0, False)):
+        nodes[2] = ["const", target]
+        part = settling(v, nodes, rates=[4], start=[[-0.5, 0.5]], form=([[1.0]], [0.0], 1.0, 1.0, 0.7),
+                        tube=[[-4, 4.5]])  # fmt: skip
+        part["claims"].append(["x <= 4.8", [[[6, 0]]], 0, None])
+        part["proofs"][0]["claims"] = [0, 1]
+        assert shows(v, part) == proved
+        part["proofs"][0]["ball"]["periods"][0] = {"tables": {}, "parts": []}
+        assert not shows(v, part)
 
 
 CHECKS = [chords_hold_all, units_of_chords_count, slopes_hold_differences, steps_hold_what_moves,
@@ -462,11 +481,12 @@ MUTANTS = {
     "a matrix may be wide": (
         "need(all(len(row) == len(basis) == len(inverse)", "need(True or all(len(row) == len(basis)",
                              norms_are_those_of_matrices),
-    "the start is anywhere": ("need(away(rows) <= radius", "need(True", balls_hold_their_runs),
+    "the start is anywhere": ("and away(rows) <= radius", "and True", balls_hold_their_runs),
     "the near ball is larger": ("0 <= near <= radius", "0 <= near", balls_hold_their_runs),
-    "the centre moves": ("need(runs[2][2] and drift", "need(runs[2][2] and 0", balls_hold_their_runs),
+    "the centre moves": ("and drift + (rate", "and 0 * drift + (rate", balls_hold_their_runs),
     "the centre is where it is": ("[[add(a, [-c])]", "[[add(a, [0 * c])]", balls_hold_their_runs),
-    "no time passes in a ball": ("need(runs[2][2] and drift", "need(drift", balls_hold_their_runs),
+    "no time passes in a ball": ("and runs[2][2] and drift", "and drift", balls_hold_their_runs),
+    "no time passes at the centre": ("need(runs[0][2] and", "need(True and", plants_move_between_samples),
     "slopes are not judged": ("need(shrinks(multiplied", "need(True or shrinks(multiplied", balls_hold_their_runs),
     "errors converge": ('({"error", "disturbance"} if', '({"disturbance"} if', only_still_loops_converge),
     "disturbances converge": ('({"error", "disturbance"} if', '({"error"} if', only_still_loops_converge),
@@ -554,6 +574,16 @@ def test_corners_without_end_are_refused(corners):
     reason = refused({"format": "fuzzyctl certificate 2", "parts": [part]})
     verify.WORK[1] = 10**9
     assert reason is None if corners == 10 else "too much work" in reason
+
+
+@pytest.mark.parametrize("vary", [[1] * 40, [2] * 10**6])
+def test_a_node_that_is_varied_many_times_is_refused(vary):
+    nodes = [["memory", 0], ["abs", 0], ["const", 0.5], ["*", 1, 2]]
+    part = settling(verify, nodes, following=[3], start=[[-0.5, 0.5]], vary=vary, form=([[1.0]], [0.0], 1.0, 1.0, 0.9))
+    verify.WORK[1] = 10**7
+    reason = refused({"format": "fuzzyctl certificate 2", "parts": [part]})
+    verify.WORK[1] = 10**9
+    assert "too much work" in reason
 
 
 def test_a_certificate_of_convergence_is_compared_with_its_file(tmp_path):
