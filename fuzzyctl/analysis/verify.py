@@ -33,7 +33,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             op, *rest = self.nodes[i]
             need(not k or op not in ("error", "table", "abs"), f"the derivative of {op} is not known", 100)
             if op == "+": return add(*(v(j, k) for j in rest))
-            if op == "*": return folded(*rest, k=k, js=range(k + 1))
+            if op == "*": return folded(range(k + 1), k, *rest)
             if op == "const": return [0, 0] if k else enclosed(*rest, *rest)
             if op == "error": return [0, sum(enclosed(0, *rest))]
             if op == "table": return tabulated(self.tables[rest[0]], [v(j) for j in rest[1:]], hinted(hints[str(i)]))
@@ -42,13 +42,13 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
                 need(self.nodes[rest[1]] == [{"sin": "cos", "cos": "sin"}.get(op, op), rest[0], i], "a wrong slope")
                 terms = ([x * j for x in times(v(rest[0], j), v(rest[1], k - j))] for j in range(1, k + 1))
                 return times(total(terms), [(-ONE if op == "cos" else ONE) // k, 1])
-            if op == "inverse": return times(times(v(i), MINUS), folded(rest[0], i, k, range(1, k + 1)))  # x y = 1
+            if op == "inverse": return times(times(v(i), MINUS), folded(range(1, k + 1), k, rest[0], i))  # x y = 1
             if op == "sqrt":  # y y = x, so that 2 y[0] y[k] = x[k] - the sum of y[j] y[k - j]
-                return times(minus(v(rest[0], k), folded(i, i, k, range(1, k))), applied("inverse", add(v(i), v(i))))
+                return times(minus(v(rest[0], k), folded(range(1, k), k, i, i)), applied("inverse", add(v(i), v(i))))
             if k and seeds is not None: return seeds.get((op, *rest), [0, 0])  # a derivative by inputs, not by time
             if op == "state" and k: return times(v(self.rates[rest[0]], k - 1), [ONE // k, 1])  # x' = rate
             return [ONE if (op, k) == ("time", 1) else 0, 0] if k else inputs[op, *rest]
-        def folded(a: int, b: int, k: int, js: Any) -> Any: return total(times(v(a, j), v(b, k - j)) for j in js)
+        def folded(js: Any, k: int, a: int, b: int) -> Any: return total(times(v(a, j), v(b, k - j)) for j in js)
         return v
     def advance(self, inputs: Any, x: Any, begin: int, step: int, hint: Any) -> Any:  # states at the end and over it
         tube, n, order = [between(a, b) for a, b in hinted(hint["tube"])], range(len(x)), range(65).index(hint["order"])
