@@ -299,10 +299,10 @@ def point_of(block: Any, texts: Iterable[str], command: str) -> dict[str, float]
 
 
 class NotNegative(click.FloatRange):
-    """A number that is not negative; a NaN, which compares with nothing, is a mistake, too."""
+    """A number that is not negative, and finite if wanted; a NaN, which compares with nothing, is a mistake, too."""
 
-    def __init__(self) -> None:
-        super().__init__(min=0.0)
+    def __init__(self, *, finite: bool = False) -> None:
+        super().__init__(min=0.0, max=math.inf if finite else None, max_open=finite)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the number; the message is that of a range."""

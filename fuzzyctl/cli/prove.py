@@ -35,6 +35,7 @@ from fuzzyctl.cli.loading import (
     Opened,
     chooses,
     content_of,
+    folder_of,
     load_checked,
     open_block,
     open_blocks,
@@ -113,7 +114,7 @@ class _Setting:
 @click.option("--fixed", metavar="Qm.n", help="Prove loops with the fixed-point code of 'codegen --fixed'.")
 @click.option(
     "--noise",
-    type=NotNegative(),
+    type=NotNegative(finite=True),
     metavar="DEVIATIONS",
     help="Prove loops for noise of any values up to this number of standard deviations.",
 )
@@ -265,7 +266,9 @@ def verify(file: str, source: str | None) -> int:
     """
     from fuzzyctl.analysis import verify as checker
     from fuzzyctl.analysis.reach.certificate import is_of
+    from fuzzyctl.loading.load import look_through
     from fuzzyctl.model.loop import Loop
+    from fuzzyctl.support.files import decode
 
     try:
         checker.main(file)
@@ -274,7 +277,7 @@ def verify(file: str, source: str | None) -> int:
         return FAILED
     if source is None:
         return DONE
-    content, _ = content_of(source)
+    content, place = content_of(source)
     with open(file, "rb") as opened:
         parts = json.load(opened)["parts"]
     if not all(map(_names_its_source, parts)):
@@ -283,9 +286,11 @@ def verify(file: str, source: str | None) -> int:
         )
     if not all(sha256(content).hexdigest() in part["sha256"].values() for part in parts):
         raise click.ClickException(f"{source} is not the file that was proved: its hash is not in {file}")
-    for part in parts if source != "-" else ():  # which can be read once
-        block = open_blocks(source, Choice(tuple(part["settings"]), part["loop"]), hints=False).blocks[0]
-        if not (isinstance(block, Loop) and is_of(part, block)):
+    examined = look_through(decode(content, place.name), folder=folder_of(source), hints=False)
+    for part in parts:
+        choice = Choice(tuple(part["settings"]), part["loop"])
+        block = choice.changed(open_block(source, choice.name, Loop, examined=examined)[0])
+        if not is_of(part, block):
             raise click.ClickException(f"{file} is about another loop than '{block.name}' of {source}")
         if part["settings"]:
             say(f"'{block.name}' of {source} is proved with {' '.join(f'--set {s}' for s in part['settings'])}")

@@ -6,14 +6,14 @@ import math
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Expr, Name, names_in
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation, KeptState, feedthrough
 from fuzzyctl.model.loop import TIME, Loop
-from fuzzyctl.simulation.equations import LoopEquations, needs
+from fuzzyctl.simulation.equations import LoopEquations, needs, reached
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.sample_times import MOST_KEPT
 
@@ -135,19 +135,29 @@ def kept_samples(equations: LoopEquations) -> LoopEquations | str:
                    held=equations.held | delayed)  # fmt: skip
 
 
-def without_idle_samples(loop: Loop, conditions: Sequence[Expr], free: Sequence[str]) -> LoopEquations | str:
+def without_idle_samples(
+    loop: Loop, conditions: Sequence[Expr], free: Sequence[str], outputs: Sequence[str] = ()
+) -> LoopEquations | str:
     """Return the same of a loop at the samples of its controllers only, if nothing happens at the others.
 
-    A dead time may end at another one, noise changes there, and a state of a controller is seen to have changed.
+    A dead time may end at another one, noise that others than controllers read changes there, and a state of a
+    controller is seen to have changed.
 
     Args:
         loop: The loop.
         conditions: The claims, about `#0`, `#1` and so on of the signals.
         free: Params that are arguments.
+        outputs: Names of further signals that are seen.
     """
     equations = kept_samples(loop_equations(loop, conditions, free))
     periods = [c.period for c in loop.controllers]
-    if isinstance(equations, str) or loop.step is None or equations.given or not periods or None in periods:
+    if isinstance(equations, str) or loop.step is None or not periods or None in periods:
+        return equations
+    signals = [equations.signals[n] for n in (*outputs, *(f"#{k}" for k in range(len(conditions))))]
+    readers: list[Expr] = [*(s.derivative for s in equations.plant_states), *signals]
+    items, names = reached(equations, readers)
+    readers += [e for i in items for e in (i.arguments if isinstance(i, Evaluation) else (i.value,))]
+    if {*names, *(n.name for e in readers for n in names_in(e))}.intersection(chain.from_iterable(equations.given)):
         return equations
     states = {s.name for s in equations.states}
     if any(n.name in states for c in conditions for n in names_in(c)):

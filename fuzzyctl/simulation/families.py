@@ -14,7 +14,7 @@ from fuzzyctl.model.checks.terms import inside
 from fuzzyctl.model.controller import State
 from fuzzyctl.model.loop import Always, Disturbance, Loop, Varied
 from fuzzyctl.model.shared_params import with_values
-from fuzzyctl.simulation.loop_params import names_behind, timing_params
+from fuzzyctl.simulation.loop_params import names_behind, range_mistakes, timing_params
 
 #: Most numbers in which the members of a family differ.
 MOST_VARIED: Final = 12
@@ -31,7 +31,7 @@ def mistakes(loop: Loop, params: ParamValues) -> Iterator[Diagnostic]:
     owners = {i.name: with_values(block, values).param_values for i, block, values in inside(loop, params)}
     for item in items:
         ends = ends_of(item.bounds, params)
-        faults = list(_range(item, ends, params))
+        faults = list(range_mistakes(item, ends, params))
         yield from faults
         if item.name in timing:
             message = f"'{item.name}' cannot differ between members: the sample times or the duration depend on it"
@@ -42,24 +42,6 @@ def mistakes(loop: Loop, params: ParamValues) -> Iterator[Diagnostic]:
     duration = computed(loop.duration, params)
     for claim in loop.always:
         yield from _times(claim, params, duration if isinstance(duration, float) else math.inf)
-
-
-def _range(item: Varied | Disturbance, ends: tuple[float, float] | None, params: ParamValues) -> Iterator[Diagnostic]:
-    """Check the range of a number of a family; one number alone is a range, too."""
-    bounds = item.bounds
-    yield from (e for e in (computed(x, params) for x in (bounds.lower, bounds.upper)) if isinstance(e, Diagnostic))
-    if ends is None:
-        return
-    low, high = ends
-    if low > high or (low == high and (bounds.without_lower or bounds.without_upper)):
-        message = f"the range of '{item.name}' is empty: {low:g} is not below {high:g}"
-        yield Diagnostic("FZ304", message, bounds.span, help="put the smaller end first")
-    elif math.isinf(low) or math.isinf(high):
-        message = f"the range of '{item.name}' is infinite"
-        facts = ("draws and proofs need two finite ends",)
-        ends_text = f"{-1 if math.isinf(low) else low:g}, {1 if math.isinf(high) else high:g}"
-        help_text = f"write numbers, such as: in [{ends_text}]"
-        yield Diagnostic("FZ302", message, bounds.span, facts=facts, help=help_text)
 
 
 def _within(

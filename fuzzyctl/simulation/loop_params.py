@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Keyword, Number, evaluate, names_in
 from fuzzyctl.model.block import Param, ParamValues
-from fuzzyctl.model.checks.blocks import numbers_of_all
+from fuzzyctl.model.checks.blocks import computed, ends_of, numbers_of_all
 from fuzzyctl.model.checks.terms import has_computed_params, outside_ranges
 from fuzzyctl.model.controller import Controller, Instance, State
 from fuzzyctl.model.instance_params import with_instance_params
-from fuzzyctl.model.loop import Disturbance, Loop
+from fuzzyctl.model.loop import Disturbance, Loop, Varied
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.support.arguments import is_finite
@@ -113,9 +113,35 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
     """
     changed = within_ranges(loop, values)
     mistakes = list(numbers_of_all(changed))
+    params = changed.param_values
+    ends = [e for b in loop.family.values() for e in (b.lower, b.upper)]
+    if values.keys() & names_behind(loop.params, ends):  # not for each member of the family
+        items: tuple[Varied | Disturbance, ...] = (*changed.varied, *changed.disturbances)
+        for item in items:
+            mistakes += range_mistakes(item, ends_of(item.bounds, params), params)
     if mistakes:
         raise DiagnosticError(mistakes)
     return changed
+
+
+def range_mistakes(
+    item: Varied | Disturbance, ends: tuple[float, float] | None, params: ParamValues
+) -> Iterator[Diagnostic]:
+    """Check the range of a number of a family; one number alone is a range, too."""
+    bounds = item.bounds
+    yield from (e for e in (computed(x, params) for x in (bounds.lower, bounds.upper)) if isinstance(e, Diagnostic))
+    if ends is None:
+        return
+    low, high = ends
+    if low > high or (low == high and (bounds.without_lower or bounds.without_upper)):
+        message = f"the range of '{item.name}' is empty: {low:g} is not below {high:g}"
+        yield Diagnostic("FZ304", message, bounds.span, help="put the smaller end first")
+    elif math.isinf(low) or math.isinf(high):
+        message = f"the range of '{item.name}' is infinite"
+        facts = ("draws and proofs need two finite ends",)
+        ends_text = f"{-1 if math.isinf(low) else low:g}, {1 if math.isinf(high) else high:g}"
+        help_text = f"write numbers, such as: in [{ends_text}]"
+        yield Diagnostic("FZ302", message, bounds.span, facts=facts, help=help_text)
 
 
 def within_ranges(loop: Loop, values: Mapping[str, float]) -> Loop:

@@ -1,12 +1,15 @@
 """Widths of enclosures beside those of immrax, on plants that both can express, and processor times.
 
     python tests/bench/enclosures.py
+    python tests/bench/enclosures.py shipped     shipped loops with families: verdicts, processor times
 
-needs immrax (PyPI, not among the dependencies) for its column: the narrowest of the natural, Jacobian and mixed
-Jacobian embeddings in the given coordinates. Its transformed coordinates and normotopes are not tried.
+The first needs immrax (PyPI, not among the dependencies) for its column: the narrowest of the natural, Jacobian and
+mixed Jacobian embeddings in the given coordinates. Its transformed coordinates and normotopes are not tried.
 """
 
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -26,6 +29,43 @@ RATES = {
     "sin(x) - 2 * x - v": lambda x, v, sin: sin(x) - 2 * x - v,
 }
 DURATION = 5.0
+
+#: Files of shipped loops, the loop in it, and the lines that make it a family with claims.
+SHIPPED = {
+    "pendulum": (
+        "balanced",
+        """
+for cart.x in [-0.5, 0.5]
+for cart.v in [-0.3, 0.3]
+for cart.th in [-0.05, 0.05]
+for cart.w in [-0.1, 0.1]
+require always abs(cart.th) <= 0.2 until 9.9 s
+require always abs(cart.x) <= 1.1 until 9.9 s
+require always abs(cart.x) <= 0.05 from 9 s until 9.9 s
+""",
+    ),
+    "water_tank": (
+        "fill",
+        """
+for tank.h in [0.45, 0.55]
+for tank.A in [19.5, 20.5]
+require always tank.h in [0.44, 1.1]
+require always abs(tank.h - 1) <= 0.02 from 15 s until 20 s
+require always abs(tank.h - 1) <= 0.1 from 20 s until 35 s
+require always abs(tank.h - 0.6) <= 0.02 from 50 s
+""",
+    ),
+}
+
+
+def shipped(name):
+    """Return the verdicts on a shipped loop with a family, and the processor time [s]."""
+    block, lines = SHIPPED[name]
+    path = Path(__file__).parents[2] / "rules" / "loops" / f"{name}.fz"
+    loop = loads(path.read_text(encoding="utf-8") + lines, block=block)
+    prover, begin = LoopProver(loop, 100.0), time.process_time()
+    verdicts = [prover.verdict(c) for c in loop.guarantees]
+    return verdicts, time.process_time() - begin
 
 
 def ours(rate, *box):
@@ -103,4 +143,9 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:] == ["shipped"]:
+        for name in SHIPPED:
+            verdicts, spent = shipped(name)
+            print(name, [type(v).__name__ for v in verdicts], f"in {spent:.1f} s")
+    else:
+        main()

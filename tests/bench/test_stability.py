@@ -40,3 +40,9 @@ def test_an_enclosure_is_hardly_wider_than_the_runs():
     plant = enclosures.PLANTS["oscillator"]
     width, (proved, _) = enclosures.runs(*plant), enclosures.ours(*plant)
     assert width <= proved <= 1.2 * width
+
+
+@pytest.mark.parametrize("name", ["water_tank", pytest.param("pendulum", marks=pytest.mark.long)])
+def test_shipped_loops_are_proved_for_families(name):
+    """A tank with a filter, `previous`, noise and a root for a minute; a pendulum on a cart for ten seconds."""
+    assert all(isinstance(v, Proved) for v in enclosures.shipped(name)[0])

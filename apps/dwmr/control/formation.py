@@ -172,12 +172,15 @@ def with_leaders_orientation(error: PostureError, theta_i: float, omega_i: float
 
 
 @compiled
-def mixed(a: PostureError, share_a: float, b: PostureError, share_b: float) -> PostureError:
-    """Return the weighted sum of two errors of one robot and of their drifts."""
+def mixed(a: PostureError, share_a: float, b: PostureError, share_b: float, theta_e: float) -> PostureError:
+    """Return the weighted sum of two errors of one robot and of their drifts.
+
+    The orientation of `b` counts within half a turn of `theta_e`, that of the first error [rad].
+    """
     return PostureError(
         share_a * a.x_e + share_b * b.x_e,
         share_a * a.y_e + share_b * b.y_e,
-        share_a * a.theta_e_star + share_b * b.theta_e_star,
+        share_a * a.theta_e_star + share_b * (theta_e + wrap(b.theta_e_star - theta_e)),
         share_a * a.drift_x + share_b * b.drift_x,
         share_a * a.drift_y + share_b * b.drift_y,
         share_a * a.drift_theta + share_b * b.drift_theta,
@@ -202,11 +205,12 @@ def tracking_error(
     Returns:
         Of a follower with its place in the formation as the reference, in the direction θ*_jr that it should have.
     """
+    theta_e_star = wrap(e.theta_e_star)  # a mean of some may be beyond half a turn
     if on_reference:
         theta_e = wrap(theta_e)
     else:
-        theta_e, omega_r = e.theta_e_star, e.drift_theta
+        theta_e, omega_r = theta_e_star, e.drift_theta
         v_r = e.drift_x * math.cos(theta_e) + e.drift_y * math.sin(theta_e)
     return TrackingError(
-        e.x_e, e.y_e, e.theta_e_star, e.drift_x, e.drift_y, e.drift_theta, e.d, theta_e, v_r, omega_r, v, omega, t
+        e.x_e, e.y_e, theta_e_star, e.drift_x, e.drift_y, e.drift_theta, e.d, theta_e, v_r, omega_r, v, omega, t
     )

@@ -191,26 +191,25 @@ class Rules:
         system, params = self._load(role), self.files.params(role)
         if written is not None:
             _check_alike(system, written, role, self.used[role].path)
-        unknown = sorted(set(params) - set(system.values))
+        unknown, path = sorted(set(params) - set(system.values)), self.used[role].path
         if unknown:
-            raise DiagnosticError([self.files.unknown_param(role, name, tuple(system.values)) for name in unknown])
+            params_of_file = tuple(system.values)
+            keys = [f"rules.{role}.{name}" for name in unknown]
+            raise DiagnosticError([self.files.unknown_param(key, path, params_of_file) for key in keys])
         replaced = [p for p in system.params if p.name in params]
         sources = {p.name: dict.fromkeys(n.name for n in names_in(p.expression)) for p in replaced}
         derived = [self.files.computed_param(role, name, tuple(names)) for name, names in sources.items() if names]
         if derived:
             raise DiagnosticError(derived)
-        if not params:
-            self._require_coverage(system, self.used[role].path)
-            return system
-        key = (self.used[role].path, tuple(sorted(params.items())))
-        if key not in self.known.changed:
+        key = (path, tuple(sorted(params.items())))
+        if params and key not in self.known.changed:
             try:
                 self.known.changed[key] = system.with_params(**params)
             except (UnknownNameError, ValueOutOfBoundsError) as error:
-                raise DiagnosticError([Diagnostic("FZ905", str(error), file=str(self.used[role].path))]) from error
-        changed = self.known.changed[key]
-        self._require_coverage(changed, self.used[role].path)
-        return changed
+                raise DiagnosticError([Diagnostic("FZ905", str(error), file=str(path))]) from error
+        system = self.known.changed[key] if params else system
+        self._require_coverage(system, path)
+        return system
 
     def _load(self, role: str) -> Any:
         """Read and check the file of a role once, and remember its warnings."""

@@ -6,18 +6,19 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from dwmr.control.rule_files import Used, read_whole
 from fuzzyctl.analysis.check import check_examined
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError, ValueOutOfBoundsError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.expr import Call, Keyword, Name, Number, names_in, span_of, walk
+from fuzzyctl.expr import Call, Compare, Keyword, Name, Number, names_in, span_of, walk
+from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.kernels.free_values import require_bounds
 from fuzzyctl.kernels.plan.equations import Equations, Evaluation, KeptState
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.loading.load import chosen, look_through
-from fuzzyctl.model.block import Bounds
+from fuzzyctl.model.block import Bounds, Guarantee
 from fuzzyctl.model.controller import Controller, Result
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.support.files import read_source
@@ -48,6 +49,8 @@ OFFERED = {
 COMMANDS = {"v_c": "m/s", "omega_c": "rad/s"}
 #: An output of laws of robots that move sideways: the commanded velocity to the left [m/s].
 LATERAL = "v_y_c"
+#: An output of laws with an immune reaction: the switching gain G_AIS, alone or of a channel.
+GAIN = "g_ais"
 #: Names of other columns of the data, which no output of a law may have: of every robot, of the row.
 COLUMNS = (
     *("x", "y", "theta", "v", "omega", "x_r", "y_r", "theta_r", "v_r", "theta_r_star", "x_e", "y_e"),
@@ -193,7 +196,18 @@ def read(path: Path, opened: Mapping[Path, tuple[FuzzySystem, ...]]) -> LawText:
     mistakes = list(_misfits(controller))
     if mistakes:
         raise DiagnosticError(mistakes)
-    return LawText(path, controller, read_whole(path), tuple(d for d in remarks if d.severity == "warning"))
+    warnings = tuple(d for d in remarks if d.severity == "warning")
+    return LawText(path, _with_positive_gains(controller), read_whole(path), warnings)
+
+
+def _with_positive_gains(controller: Controller) -> Controller:
+    """Add the claims that G_AIS, and β of the same channel, are positive, if the text of a law lacks them."""
+    results, texts = {r.name: r for r in controller.results}, {guarantee_text(g) for g in controller.guarantees}
+    channels = [name.removeprefix(GAIN) for name in results if f"{name}_".startswith(f"{GAIN}_")]
+    names = [f"{part}{channel}" for channel in channels for part in (GAIN, "beta") if f"{part}{channel}" in results]
+    claims = (Guarantee(claim=Compare(">", Name(n), Number(0.0)), span=results[n].span) for n in names)
+    added = tuple(claim for claim in claims if guarantee_text(claim) not in texts)
+    return replace(controller, guarantees=(*controller.guarantees, *added))
 
 
 def _misfits(controller: Controller) -> Iterator[Diagnostic]:
@@ -201,30 +215,30 @@ def _misfits(controller: Controller) -> Iterator[Diagnostic]:
     offered = f"the formation offers {', '.join(f'{name} [{unit}]' for name, unit in OFFERED.items())}"
     for signal in controller.inputs:
         if signal.name not in OFFERED:
-            message = f"input '{signal.name}' is not a signal of the formation"
-            yield Diagnostic(
-                "FZ905", message, signal.span, facts=(offered,), help=did_you_mean(signal.name, tuple(OFFERED))
-            )
-        elif signal.unit not in ("", unit := OFFERED[signal.name]):
-            message = f"input '{signal.name}' has the unit {signal.unit}, and the formation gives {unit}"
-            yield Diagnostic("FZ905", message, signal.span, help=f'write: unit "{unit}"')
+            message, hint = f"input '{signal.name}' is not a signal of the formation", tuple(OFFERED)
+            yield Diagnostic("FZ905", message, signal.span, facts=(offered,), help=did_you_mean(signal.name, hint))
     for result in controller.results:
         if result.name in COLUMNS:
-            message = f"output '{result.name}' has the name of another column of the data"
-            facts = (f"names of these are {', '.join(COLUMNS)}",)
-            yield Diagnostic("FZ905", message, result.span, facts=facts, help=f"rename it, as to {result.name}_law")
-    outputs = {r.name: r for r in controller.results}
-    if LATERAL in outputs and outputs[LATERAL].unit not in ("", "m/s"):
-        message = f"output '{LATERAL}' has the unit {outputs[LATERAL].unit}, and the formation takes m/s"
-        yield Diagnostic("FZ905", message, outputs[LATERAL].span, help='write: unit "m/s"')
-    for name, unit in COMMANDS.items():
-        if name not in outputs:
-            message = f"controller '{controller.name}' has no output '{name}'"
-            facts = (f"a control law has the outputs {', '.join(f'{n} [{u}]' for n, u in COMMANDS.items())}",)
-            yield Diagnostic("FZ905", message, controller.span, facts=facts)
-        elif outputs[name].unit not in ("", unit):
-            message = f"output '{name}' has the unit {outputs[name].unit}, and the formation takes {unit}"
-            yield Diagnostic("FZ905", message, outputs[name].span, help=f'write: unit "{unit}"')
+            yield taken_name(f"output '{result.name}'", result.name, span=result.span)
+    for name in [name for name in COMMANDS if name not in {r.name for r in controller.results}]:
+        message = f"controller '{controller.name}' has no output '{name}'"
+        facts = (f"a control law has the outputs {', '.join(f'{n} [{u}]' for n, u in COMMANDS.items())}",)
+        yield Diagnostic("FZ905", message, controller.span, facts=facts)
+    for kind, verb, signals, units in (
+        ("input", "gives", controller.inputs, OFFERED),
+        ("output", "takes", controller.results, {**COMMANDS, LATERAL: "m/s"}),
+    ):
+        for one in signals:
+            if one.unit not in ("", unit := units.get(one.name, one.unit)):
+                message = f"{kind} '{one.name}' has the unit {one.unit}, and the formation {verb} {unit}"
+                yield Diagnostic("FZ905", message, one.span, help=f'write: unit "{unit}"')
+
+
+def taken_name(subject: str, name: str, **place: Any) -> Diagnostic:
+    """Describe a signal that has the name of another column of the data."""
+    facts = (f"names of these are {', '.join(COLUMNS)}",)
+    message = f"{subject} has the name of another column of the data"
+    return Diagnostic("FZ905", message, facts=facts, help=f"rename it, as to {name}_law", **place)
 
 
 def require_period(controller: Controller, dt: float) -> None:

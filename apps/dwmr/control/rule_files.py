@@ -161,26 +161,18 @@ class RuleFiles:
                 )
         return warnings
 
-    def unknown_param(self, role: str, name: str, known: tuple[str, ...]) -> Diagnostic:
-        """Describe a param that the scenario sets and the file of a role does not declare."""
-        key = f"rules.{role}.{name}"
-        message = f"{key}: {self.path(role).name} has no param {name!r}"
+    def unknown_param(self, key: str, file: Path, known: tuple[str, ...]) -> Diagnostic:
+        """Describe a param that a key of the scenario sets and a rule file does not declare."""
         facts = (f"its params are {', '.join(known)}",) if known else ("it has no params",)
-        return self.places.diagnostic("FZ902", key, message, facts=facts, help=self.places.did_you_mean(key, known))
-
-    def unknown_gain(self, law: Path, name: str, robot: str, gain: str, known: tuple[str, ...]) -> Diagnostic:
-        """Describe a gain that the scenario sets for a robot and the text of its control law does not declare."""
-        key = self._written(robot, name, gain)
-        facts = (f"its params are {', '.join(known)}",) if known else ("it has no params",)
-        message = f"{key}: {law.name} has no param {gain!r}"
+        message = f"{key}: {file.name} has no param {key.rpartition('.')[2]!r}"
         return self.places.diagnostic("FZ902", key, message, facts=facts, help=self.places.did_you_mean(key, known))
 
     def wrong_gain(self, name: str, robot: str, gain: str, reason: str) -> Diagnostic:
         """Describe a gain of a robot that the text of its control law does not admit."""
-        key = self._written(robot, name, gain)
+        key = self.key_of_gain(robot, name, gain)
         return self.places.diagnostic("FZ904", key, f"{key} {reason}")
 
-    def _written(self, robot: str, name: str, gain: str) -> str:
+    def key_of_gain(self, robot: str, name: str, gain: str) -> str:
         """Return the key of a gain as the scenario has it: of the robot, or of all robots."""
         return self.places.resolve(("robots", robot, "controllers", name, gain))[0]
 

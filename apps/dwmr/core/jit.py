@@ -97,7 +97,7 @@ def _jit(function: Function, *signatures: Any, checked: bool = False) -> Functio
     # Inlined code does not allocate: its arrays belong to the caller, and counting references to them, each an
     # atomic operation, took a third of the loop's time. Users' laws may allocate.
     inlined, model = not signatures, "python" if checked else "numpy"
-    options = {"error_model": model, "forceinline": inlined, "boundscheck": checked, "_nrt": not inlined}
+    options = {"error_model": model, "forceinline": inlined, "boundscheck": checked, "_nrt": checked}
     result = numba.njit(**options)(function)
     _FUNCTIONS.append(result)
     before = numba.config.CACHE_DIR
@@ -169,6 +169,11 @@ def function_type(signature: str) -> Any:
     """
     arguments, returned = numba.core.sigutils.normalize_signature(signature)
     return numba.types.FunctionType(returned(*arguments))
+
+
+def record_type(dtype: Any) -> Any:
+    """Return the type of a record of an array."""
+    return numba.from_dtype(dtype)
 
 
 def first_class(function: Any) -> Any:

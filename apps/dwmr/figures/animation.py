@@ -194,8 +194,14 @@ def acting(trajectory: Trajectory, scenario: Scenario, k: int) -> str:
     return "; ".join([*words, *(["load"] if changed and load.start <= now < load.stop else [])])
 
 
-def extent(trajectory: Trajectory, scenario: Scenario) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the lower left and the upper right corner of the area of paths, references and obstacles [m]."""
+def extent(trajectory: Trajectory, scenario: Scenario, *, paths: bool = True) -> FloatArray:
+    """Return the lower left and the upper right corner of the area of a run, shape (2, 2) [m].
+
+    Args:
+        trajectory: The run.
+        scenario: Its scenario.
+        paths: Whether paths of robots and places of followers count; starts, references and obstacles do anyway.
+    """
     robots = scenario.robots
     reach = max(robot.radius for robot in robots.values())
     around = max([0.0, *(robots[n].radius + scenario.avoidance.margin for n in derived.avoiders(scenario))])
@@ -206,10 +212,12 @@ def extent(trajectory: Trajectory, scenario: Scenario) -> tuple[tuple[float, flo
         for x, y in ends[:, a]
         for sign in (-1, 1)
     ]
-    xs = [*_ends(trajectory["x"]), *_ends(trajectory["x_r"]), *(x + r for x, _, r in discs)]
-    ys = [*_ends(trajectory["y"]), *_ends(trajectory["y_r"]), *(y + r for _, y, r in discs)]
+    samples = slice(None if paths else 1)
+    targets = [i for i, name in enumerate(trajectory.robots) if paths or not robots[name].leaders]
+    xs = [*_ends(trajectory["x"][samples]), *_ends(trajectory["x_r"][:, targets]), *(x + r for x, _, r in discs)]
+    ys = [*_ends(trajectory["y"][samples]), *_ends(trajectory["y_r"][:, targets]), *(y + r for _, y, r in discs)]
     room = 2.0 * reach + 0.03 * max(max(xs) - min(xs), max(ys) - min(ys))
-    return (min(xs) - room, min(ys) - room), (max(xs) + room, max(ys) + room)
+    return np.array([(min(xs) - room, min(ys) - room), (max(xs) + room, max(ys) + room)])
 
 
 def _ends(signal: FloatArray) -> tuple[float, float]:

@@ -38,9 +38,7 @@ def path_and_chattering(trajectory: Trajectory, scenario: Scenario) -> Figure:
     ):
         level = derived.chattering(trajectory, channel)
         panels.peaks(axes, trajectory.t, level, trajectory.robots, rf"peaks of $|\dot{{{symbol}}}_c|$ [{unit}]")
-    panels.mark(np.array([[above], [below]]), trajectory, scenario)
-    panels.legend(figure, path, above, columns=8)
-    return figure
+    return panels.finished(figure, np.array([[above], [below]]), trajectory, scenario, path, above, columns=8)
 
 
 def _velocity_rows(rows: Any, trajectory: Trajectory, scenario: Scenario, robots: Sequence[str]) -> None:
@@ -65,9 +63,7 @@ def velocity_errors(trajectory: Trajectory, scenario: Scenario) -> Figure:
     robots = trajectory.robots[:2]
     figure, rows = panels.grid(len(robots), 2)
     _velocity_rows(rows, trajectory, scenario, robots)
-    panels.mark(rows, trajectory, scenario)
-    panels.legend(figure, rows[0, 0])
-    return figure
+    return panels.finished(figure, rows, trajectory, scenario, rows[0, 0])
 
 
 def velocity_and_formation_errors(trajectory: Trajectory, scenario: Scenario) -> Figure:
@@ -84,9 +80,7 @@ def velocity_and_formation_errors(trajectory: Trajectory, scenario: Scenario) ->
             style = panels.colour(trajectory.robots.index(robot))
             rows[-1, column].plot(*thin(trajectory.t, one[column], panels.BUCKETS), lw=1.0, label=robot, **style)
         rows[-1, column].set(ylabel=label, title=title)
-    panels.mark(rows, trajectory, scenario)
-    panels.legend(figure, rows[0, 0], rows[-1, 0], columns=4)
-    return figure
+    return panels.finished(figure, rows, trajectory, scenario, rows[0, 0], rows[-1, 0], columns=4)
 
 
 def blending(trajectory: Trajectory, scenario: Scenario) -> Figure:
@@ -107,9 +101,7 @@ def blending(trajectory: Trajectory, scenario: Scenario) -> Figure:
         orientations = np.stack([original, active], axis=1)
         names = [f"original path, tt{tail}", f"in force, oa during avoidance{tail}"]
         panels.lines(time[0, 0], trajectory.t, orientations, names, r"$\theta_r$ [rad]")
-    panels.mark(time, trajectory, scenario)
-    panels.legend(figure, time[0, 0], columns=4)
-    return figure
+    return panels.finished(figure, time, trajectory, scenario, time[0, 0], columns=4)
 
 
 def _vectors(axes: Any, trajectory: Trajectory, scenario: Scenario, a: int) -> None:
@@ -175,9 +167,7 @@ def radii(trajectory: Trajectory, scenario: Scenario, chosen: slice, distance: b
             axes.set_ylim(least - 0.8 * swell, least + 1.8 * swell)
     for axes, robot in zip(rows[len(numbers) :, 0], robots, strict=False):
         _distances(axes, trajectory, scenario, robot)
-    panels.mark(rows, trajectory, scenario)
-    panels.legend(figure, *rows[:, 0], columns=5)
-    return figure
+    return panels.finished(figure, rows, trajectory, scenario, *rows[:, 0], columns=5)
 
 
 def follower_distances(trajectory: Trajectory, scenario: Scenario) -> Figure:
@@ -186,9 +176,7 @@ def follower_distances(trajectory: Trajectory, scenario: Scenario) -> Figure:
     figure, rows = panels.grid(len(robots), 1, height=2.1)
     for axes, robot in zip(rows[:, 0], robots, strict=True):
         _distances(axes, trajectory, scenario, robot)
-    panels.mark(rows, trajectory, scenario)
-    panels.legend(figure, rows[0, 0], columns=6)
-    return figure
+    return panels.finished(figure, rows, trajectory, scenario, rows[0, 0], columns=6)
 
 
 def _distances(axes: Any, trajectory: Trajectory, scenario: Scenario, robot: str) -> None:

@@ -143,11 +143,21 @@ def mark(panels: Any, trajectory: Trajectory, scenario: Scenario) -> None:
         axes.set_xlabel("t [s]")
 
 
-def legend(figure: Figure, *panels: Any, columns: int = 6) -> None:
+def finished(
+    figure: Figure, rows: Any, trajectory: Trajectory, scenario: Scenario, *named: Any, columns: int = 6
+) -> Figure:
+    """Return a figure with marks in its panels over time `rows`, and a legend of the panels `named`."""
+    mark(rows, trajectory, scenario)
+    legend(figure, *named, columns=columns)
+    return figure
+
+
+def legend(figure: Figure, *panels: Any, columns: int = 6, title: str = "") -> None:
     """Put one legend with every line of some panels below a figure, the marks of `mark` last.
 
     It has as many columns as the width of the figure has room for, `columns` at most.
     """
+    options: dict[str, Any] = {"loc": "outside lower center", "title": title, "title_fontsize": "small"}
     handles: dict[str, Any] = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -156,14 +166,14 @@ def legend(figure: Figure, *panels: Any, columns: int = 6) -> None:
     order = sorted(handles, key=lambda label: label in MARKS)
     for lines in range(math.ceil(len(order) / columns), len(order) + 1):
         count = math.ceil(len(order) / lines)
-        drawn = figure.legend([handles[k] for k in order], order, loc="outside lower center", ncols=count)
+        drawn = figure.legend([handles[k] for k in order], order, ncols=count, **options)
         if count == 1 or drawn.get_window_extent().width <= LEGEND_WIDTH * figure.bbox.width:
             return
         drawn.remove()
 
 
-def paths(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
-    """Draw the ways of all robots, their references, the obstacles and the constant avoidance radii."""
+def paths(axes: Any, trajectory: Trajectory, scenario: Scenario, radius: str = r"$\bar{R}_d$") -> None:
+    """Draw the ways of all robots, their references, the obstacles and the constant avoidance radii, named `radius`."""
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
@@ -178,11 +188,11 @@ def paths(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
         )
     bodies(axes, trajectory, scenario)
     obstacles(axes, scenario)
-    obstacle_labels(axes, scenario, r"$\bar{R}_d$")
+    obstacle_labels(axes, scenario, radius)
     ways(axes, trajectory, scenario)
 
 
-def references(axes: Any, trajectory: Trajectory, scenario: Scenario, every: int = 1) -> None:
+def references(axes: Any, trajectory: Trajectory, scenario: Scenario, every: int) -> None:
     """Draw the references of all robots that follow no robot."""
     for i in (k for k, n in enumerate(trajectory.robots) if not scenario.robots[n].leaders):
         x_r, y_r = trajectory["x_r"][::every, i], trajectory["y_r"][::every, i]

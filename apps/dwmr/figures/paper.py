@@ -51,9 +51,7 @@ def _grid(
             label = rf"${dot}{{\sigma}}_{{{symbol}}}{'^*' if star else ''}$ [{unit}{per}]"
             panels.lines(axes, trajectory.t, signals[star, channel], trajectory.robots, label)
             panels.cut_peaks(axes, signals[star, channel])
-    panels.mark(rows, trajectory, scenario)
-    panels.legend(figure, rows[0, 0])
-    return figure
+    return panels.finished(figure, rows, trajectory, scenario, rows[0, 0])
 
 
 def layers(trajectory: Trajectory, scenario: Scenario) -> Figure:
@@ -71,9 +69,7 @@ def layers(trajectory: Trajectory, scenario: Scenario) -> Figure:
             layers = trajectory[f"beta_{channel}"]
             reach = 1.8 * float(layers[np.isfinite(layers)].max())
             axes.set(ylim=(-reach, reach), title=robot)
-    panels.mark(rows, trajectory, scenario)
-    panels.legend(figure, rows[0, 0])
-    return figure
+    return panels.finished(figure, rows, trajectory, scenario, rows[0, 0])
 
 
 def gains(trajectory: Trajectory, scenario: Scenario, chosen: Sequence[tuple[str, str, bool]]) -> Figure:
@@ -83,9 +79,7 @@ def gains(trajectory: Trajectory, scenario: Scenario, chosen: Sequence[tuple[str
         for axes, channel, unit in zip(row, derived.CHANNELS, ("m/s", "rad/s"), strict=True):
             label = f"${text.replace('CHANNEL', SIGMA[channel][0])}$ [{unit if has_unit else '-'}]"
             panels.lines(axes, trajectory.t, trajectory[f"{signal}_{channel}"], trajectory.robots, label)
-    panels.mark(rows, trajectory, scenario)
-    panels.legend(figure, rows[0, 0])
-    return figure
+    return panels.finished(figure, rows, trajectory, scenario, rows[0, 0])
 
 
 #: Rows of the figures of gains.

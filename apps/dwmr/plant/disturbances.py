@@ -21,7 +21,8 @@ DISTURBANCE = np.dtype(
         ("omega", "f8"),  # [rad/s]
         ("force", "f8"),  # [N]
         ("torque", "f8"),  # [N m]
-    ]
+    ],
+    align=True,
 )
 
 

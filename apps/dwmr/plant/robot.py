@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import clamp
 from dwmr.core.jit import compiled
 from dwmr.plant.disturbances import Disturbance, Load, disturbance_since
@@ -48,6 +49,10 @@ ROBOT = np.dtype(
         ("odometry", "i8"),  # 1 if it knows its posture by odometry only
         ("encoder_steps", "f8"),  # of one turn of a wheel, 0 for exact wheels
         ("delay", "f8"),  # behind the reference, for a robot that follows it [s]
+        ("sideways", "i8"),  # 1 if its law commands it in any direction
+        ("wheelbase", "f8"),  # of a car [m]
+        ("steering_limit", "f8"),  # [rad]
+        ("steering_rate", "f8"),  # [rad/s]
     ],
     align=True,
 )
@@ -83,6 +88,19 @@ class State(NamedTuple):
     omega: float
     torque_right: float
     torque_left: float
+
+
+@compiled
+def state_of(plant: FloatArray) -> State:
+    """Return the state in a row of `loop.Memory.plant`."""
+    return State(plant[0], plant[1], plant[2], plant[3], plant[4], plant[5], plant[6])
+
+
+@compiled
+def write(plant: FloatArray, s: State) -> None:
+    """Write a state into such a row."""
+    plant[0], plant[1], plant[2], plant[3], plant[4] = s.x, s.y, s.theta, s.v, s.omega
+    plant[5], plant[6] = s.torque_right, s.torque_left
 
 
 @compiled

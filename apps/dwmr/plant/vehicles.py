@@ -1,74 +1,107 @@
-"""Vehicles other than the differential drive: a car that is steered, and a robot on mecanum wheels."""
+"""Kinds of vehicles, a pair of compiled functions each: a differential drive, a steered car, four mecanum wheels.
+
+The loop calls `drive` and `move` and knows no kind.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import Signal
-from dwmr.core.jit import compiled
-from dwmr.plant.disturbances import Disturbance, Load, disturbance_since
-from dwmr.plant.robot import Body, State, add, body, pd_torques, slewed, smooth_sign
+from dwmr.core.jit import compiled, compiled_as, first_class, record_type
+from dwmr.plant.disturbances import DISTURBANCE, Disturbance, Load, disturbance_since
+from dwmr.plant.robot import ROBOT, Body, State, add, advance, body, pd_torques, slewed, smooth_sign, state_of, write
 
-DIFFERENTIAL, ACKERMANN, OMNIDIRECTIONAL = 0, 1, 2
-
-#: Parameters of one vehicle beside those of `robot.ROBOT`; scenario/model.py documents each.
-VEHICLE = np.dtype(
-    [
-        ("kind", "i8"),  # one of the numbers above
-        ("wheelbase", "f8"),  # of a car [m]
-        ("steering_limit", "f8"),  # [rad]
-        ("steering_rate", "f8"),  # [rad/s]
-    ],
-    align=True,
-)
-
-#: Records of every robot if one of them is not a differential drive, in the order of `Vehicles.record`.
+#: Numbers of one vehicle that two wheels do not have, a row of `loop.Memory.own`: steering angle of a car [rad];
+#: velocity to the left [m/s], sideways torque behind the actuators' lag [N m] and state of the derivative filter [m/s]
+#: of four mecanum wheels; commanded steering angle [rad] or sideways torque [N m].
+STEERING, V_Y, SIDEWAYS, FILTER, ASKED = range(5)
+OWN = 5
+#: Records of every robot if one of them is not a differential drive: the first columns of those.
 SIGNALS = (
     Signal("steering", "rad", "steering angle of a car"),
     Signal("v_y", "m/s", "velocity of an omnidirectional robot to its left"),
 )
 
 
-class Vehicles(NamedTuple):
-    """Vehicles of a scenario and what two wheels do not have.
+class Vehicle(NamedTuple):
+    """Functions of a kind of vehicle.
 
     Attributes:
-        own: Records of dtype `VEHICLE`, shape (n,).
-        lateral: Column of the law's signals that holds the commanded velocity to the left, -1 without one.
-        asked: Commanded steering angle [rad] or sideways torque [N m], shape (n,).
-        state: Steering angle [rad] of a car; velocity to the left [m/s], sideways torque behind the actuators' lag
-            [N m] and state of the derivative filter [m/s] of an omnidirectional robot, shape (n, 3).
-        record: Written, shape (samples, n, len(SIGNALS)).
+        drive: Turns a velocity command into torques, see `drive_differential`.
+        advance: Moves a robot by one control period, see `advance_differential`.
     """
 
-    own: Any
-    lateral: int
-    asked: FloatArray
-    state: FloatArray
-    record: FloatArray
+    drive: Callable[..., None]
+    advance: Callable[..., None]
+
+
+@cache
+def vehicle(kind: str) -> Vehicle:
+    """Return the functions of a kind of vehicle, compiled, as values that the loop can be given."""
+    turn, advance = _FUNCTIONS[kind]
+    return Vehicle(first_class(compiled_as(_drive_signature)(turn)), first_class(compiled_as(_move_signature)(advance)))
+
+
+def _drive_signature(types: Any) -> Any:
+    number, array = types.float64, types.float64[::1]
+    return types.void(number, number, number, array, record_type(ROBOT), number, array, array, array, array)
+
+
+def _move_signature(types: Any) -> Any:
+    number, array = types.float64, types.float64[::1]
+    acting, load = record_type(DISTURBANCE)[::1], types.NamedUniTuple(number, len(Load._fields), Load)
+    return types.void(number, array, array, record_type(ROBOT), acting, load, number, types.int64, array)
+
+
+def drive_differential(
+    v_c: float, v_y_c: float, omega_c: float, seen: FloatArray, robot: Any, dt: float, own: FloatArray,
+    filters: FloatArray, targets: FloatArray, torques: FloatArray,
+) -> None:  # fmt: skip
+    """Turn the velocity command of a robot and the velocities seen at its wheels into torques.
+
+    Args:
+        v_c, v_y_c, omega_c: Velocity command: ahead, to the left, turning [m/s, m/s, rad/s].
+        seen: State as the robot sees it, fields of `robot.State`.
+        robot: Record of dtype `robot.ROBOT`.
+        dt: Control period [s].
+        own: The vehicle's numbers, see `OWN`; read and written.
+        filters, targets, torques: Written, shapes (2,), (3,) and (2,), see `loop.Memory`.
+    """
+    _drive_wheels(v_c, omega_c, True, seen, robot, dt, filters, targets, torques)
 
 
 @compiled
-def steering(i: int, vehicles: Vehicles) -> float:
-    """Return the steering angle of a robot, 0 for one without [rad]."""
-    return vehicles.state[i, 0] if vehicles.own[i].kind == ACKERMANN else 0.0
+def _drive_wheels(
+    v_c: float, omega_c: float, turns: bool, seen: FloatArray, robot: Any, dt: float, filters: FloatArray,
+    targets: FloatArray, torques: FloatArray,
+) -> None:  # fmt: skip
+    """Turn a velocity command into torques of the right and left wheels, which turn the robot or do not."""
+    targets[0] = slewed(v_c, robot.v_limit, targets[0], robot.acceleration, dt)
+    targets[1] = slewed(omega_c, robot.omega_limit, targets[1], robot.angular_acceleration, dt)
+    e_v, e_omega = targets[0] - seen[3], targets[1] - seen[4] if turns else 0.0
+    torques[0], torques[1], filters[0], filters[1] = pd_torques(e_v, e_omega, filters[0], filters[1], robot, dt)
 
 
-@compiled
-def lateral_velocity(i: int, vehicles: Vehicles) -> float:
-    """Return the velocity of a robot to its left, 0 for one that cannot move sideways [m/s]."""
-    return vehicles.state[i, 0] if vehicles.own[i].kind == OMNIDIRECTIONAL else 0.0
+def advance_differential(
+    t: float, plant: FloatArray, torques: FloatArray, robot: Any, acting: Any, load: Load, dt: float, substeps: int,
+    own: FloatArray,
+) -> None:  # fmt: skip
+    """Move a robot by one control period under held commands.
 
-
-@compiled
-def moves_sideways(i: int, vehicles: Vehicles) -> bool:
-    """Return whether a robot is commanded in any direction: it can be, and its law does so."""
-    return vehicles.lateral >= 0 and vehicles.own[i].kind == OMNIDIRECTIONAL
+    Args:
+        t: Start of the period [s].
+        plant: Fields of `robot.State`, shape (7,); written.
+        torques: Commanded torques of the right and left wheel, shape (2,) [N m].
+        robot, acting, load, dt, substeps: As for `robot.advance`.
+        own: The vehicle's numbers, see `OWN`; read and written.
+    """
+    write(plant, advance(t, state_of(plant), torques[0], torques[1], robot, acting, load, dt, substeps))
 
 
 @compiled
@@ -84,64 +117,21 @@ def steering_angle(v: float, omega: float, wheelbase: float, limit: float) -> fl
     return clamp(math.atan2(bend, abs(v)), limit)
 
 
-@compiled
-def drive(
-    i: int, v_c: float, v_y_c: float, omega_c: float, seen: FloatArray, robot: Any, dt: float, vehicles: Vehicles,
+def _drive_car(
+    v_c: float, v_y_c: float, omega_c: float, seen: FloatArray, robot: Any, dt: float, own: FloatArray,
     filters: FloatArray, targets: FloatArray, torques: FloatArray,
 ) -> None:  # fmt: skip
-    """Turn the velocity command of one vehicle into torques, and the steering angle or sideways torque it asks for.
-
-    Args:
-        i: Number of the robot.
-        v_c, v_y_c, omega_c: Velocity command: ahead, to the left, turning [m/s, m/s, rad/s].
-        seen: State as the robot sees it, fields of `robot.State`.
-        robot: Record of dtype `robot.ROBOT`.
-        dt: Control period [s].
-        vehicles: Its `asked` and the filter in its `state` are written.
-        filters, targets, torques: Written, shapes (2,), (3,) and (2,), see `loop.Memory`.
-    """
-    targets[0] = slewed(v_c, robot.v_limit, targets[0], robot.acceleration, dt)
-    targets[1] = slewed(omega_c, robot.omega_limit, targets[1], robot.angular_acceleration, dt)
-    e_v, e_omega = targets[0] - seen[3], targets[1] - seen[4]
-    vehicle, state = vehicles.own[i], vehicles.state[i]
-    if vehicle.kind == ACKERMANN:
-        vehicles.asked[i] = steering_angle(v_c, omega_c, vehicle.wheelbase, vehicle.steering_limit)
-        e_omega = 0.0  # its rear wheels drive and do not turn it
-    torques[0], torques[1], filters[0], filters[1] = pd_torques(e_v, e_omega, filters[0], filters[1], robot, dt)
-    if vehicle.kind == OMNIDIRECTIONAL:
-        targets[2] = slewed(v_y_c, robot.v_limit, targets[2], robot.acceleration, dt)
-        e_y = targets[2] - state[0]
-        # each of two equal torques is half of the torque for one force
-        half, _, state[2], _ = pd_torques(e_y, 0.0, state[2], 0.0, robot, dt)
-        vehicles.asked[i] = clamp(2.0 * half, robot.torque_limit)
+    own[ASKED] = steering_angle(v_c, omega_c, robot.wheelbase, robot.steering_limit)
+    _drive_wheels(v_c, omega_c, False, seen, robot, dt, filters, targets, torques)
 
 
-@compiled
-def advance_vehicle(
-    i: int, t: float, s: State, torques: FloatArray, robot: Any, acting: Any, load: Load, dt: float, substeps: int,
-    vehicles: Vehicles,
-) -> State:  # fmt: skip
-    """Move one vehicle by one control period under held commands, with classical Runge-Kutta substeps.
-
-    Args:
-        i: Number of the robot.
-        vehicles: Its `state` is written.
-
-    Other arguments and the result as for `robot.advance`.
-    """
-    if vehicles.own[i].kind == ACKERMANN:
-        return _advance_car(i, t, s, torques, robot, acting, load, dt, substeps, vehicles)
-    return _advance_omnidirectional(i, t, s, torques, robot, acting, load, dt, substeps, vehicles)
-
-
-@compiled
 def _advance_car(
-    i: int, t: float, s: State, torques: FloatArray, robot: Any, acting: Any, load: Load, dt: float, substeps: int,
-    vehicles: Vehicles,
-) -> State:  # fmt: skip
-    h, vehicle, shape = dt / substeps, vehicles.own[i], body(t, robot, load)
-    first, way = vehicles.state[i, 0], vehicles.asked[i] - vehicles.state[i, 0]
-    rate = vehicle.steering_rate if way >= 0.0 else -vehicle.steering_rate
+    t: float, plant: FloatArray, torques: FloatArray, robot: Any, acting: Any, load: Load, dt: float, substeps: int,
+    own: FloatArray,
+) -> None:  # fmt: skip
+    h, s, shape = dt / substeps, state_of(plant), body(t, robot, load)
+    first, way = own[STEERING], own[ASKED] - own[STEERING]
+    rate = robot.steering_rate if way >= 0.0 else -robot.steering_rate
     for k in range(substeps):
         since = k * h
         begin = disturbance_since(t, t + since, acting)
@@ -150,21 +140,15 @@ def _advance_car(
         angle_1, rate_1 = _steered(first, way, rate, since)
         angle_2, rate_2 = _steered(first, way, rate, since + 0.5 * h)
         angle_3, rate_3 = _steered(first, way, rate, since + h)
-        k1 = car_derivative(s, torques[0], torques[1], angle_1, rate_1, vehicle.wheelbase, robot, shape, begin)
-        k2 = car_derivative(
-            add(s, k1, 0.5 * h), torques[0], torques[1], angle_2, rate_2, vehicle.wheelbase, robot, shape, middle
-        )
-        k3 = car_derivative(
-            add(s, k2, 0.5 * h), torques[0], torques[1], angle_2, rate_2, vehicle.wheelbase, robot, shape, middle
-        )
-        k4 = car_derivative(
-            add(s, k3, h), torques[0], torques[1], angle_3, rate_3, vehicle.wheelbase, robot, shape, end
-        )
+        k1 = car_derivative(s, torques[0], torques[1], angle_1, rate_1, robot, shape, begin)
+        k2 = car_derivative(add(s, k1, 0.5 * h), torques[0], torques[1], angle_2, rate_2, robot, shape, middle)
+        k3 = car_derivative(add(s, k2, 0.5 * h), torques[0], torques[1], angle_2, rate_2, robot, shape, middle)
+        k4 = car_derivative(add(s, k3, h), torques[0], torques[1], angle_3, rate_3, robot, shape, end)
         s = add(add(add(add(s, k1, h / 6.0), k2, h / 3.0), k3, h / 3.0), k4, h / 6.0)
     angle, _ = _steered(first, way, rate, dt)
-    vehicles.state[i, 0] = angle
-    omega = s.v * math.tan(angle) / vehicle.wheelbase
-    return State(s.x, s.y, s.theta, s.v, omega, s.torque_right, s.torque_left)
+    own[STEERING] = angle
+    omega = s.v * math.tan(angle) / robot.wheelbase
+    write(plant, State(s.x, s.y, s.theta, s.v, omega, s.torque_right, s.torque_left))
 
 
 @compiled
@@ -177,8 +161,7 @@ def _steered(first: float, way: float, rate: float, since: float) -> tuple[float
 
 @compiled
 def car_derivative(
-    s: State, right: float, left: float, angle: float, rate: float, wheelbase: float, robot: Any, shape: Body,
-    now: Disturbance,
+    s: State, right: float, left: float, angle: float, rate: float, robot: Any, shape: Body, now: Disturbance
 ) -> State:  # fmt: skip
     """Return the time derivative of a car's state; its angular velocity follows from velocity and steering angle.
 
@@ -189,11 +172,10 @@ def car_derivative(
         s: State.
         right, left: Commanded torques of the rear wheels [N m].
         angle, rate: Steering angle δ of the wheel in the middle of the front axle, and its rate [rad, rad/s].
-        wheelbase: L [m].
-        robot, shape, now: As for `robot.derivative`.
+        robot, shape, now: As for `robot.derivative`; L is the wheelbase.
     """
     tangent = math.tan(angle)
-    kappa, kappa_rate = tangent / wheelbase, (1.0 + tangent * tangent) * rate / wheelbase
+    kappa, kappa_rate = tangent / robot.wheelbase, (1.0 + tangent * tangent) * rate / robot.wheelbase
     turning = kappa * s.v
     v, omega = s.v + now.v, turning + now.omega
     c, sine = math.cos(s.theta), math.sin(s.theta)
@@ -214,13 +196,23 @@ def car_derivative(
     )
 
 
-@compiled
+def _drive_omnidirectional(
+    v_c: float, v_y_c: float, omega_c: float, seen: FloatArray, robot: Any, dt: float, own: FloatArray,
+    filters: FloatArray, targets: FloatArray, torques: FloatArray,
+) -> None:  # fmt: skip
+    _drive_wheels(v_c, omega_c, True, seen, robot, dt, filters, targets, torques)
+    targets[2] = slewed(v_y_c, robot.v_limit, targets[2], robot.acceleration, dt)
+    # each of two equal torques is half of the torque for one force
+    half, _, own[FILTER], _ = pd_torques(targets[2] - own[V_Y], 0.0, own[FILTER], 0.0, robot, dt)
+    own[ASKED] = clamp(2.0 * half, robot.torque_limit)
+
+
 def _advance_omnidirectional(
-    i: int, t: float, s: State, torques: FloatArray, robot: Any, acting: Any, load: Load, dt: float, substeps: int,
-    vehicles: Vehicles,
-) -> State:  # fmt: skip
-    h, shape, asked = dt / substeps, body(t, robot, load), vehicles.asked[i]
-    u, sideways = vehicles.state[i, 0], vehicles.state[i, 1]
+    t: float, plant: FloatArray, torques: FloatArray, robot: Any, acting: Any, load: Load, dt: float, substeps: int,
+    own: FloatArray,
+) -> None:  # fmt: skip
+    h, s, shape = dt / substeps, state_of(plant), body(t, robot, load)
+    u, sideways, asked = own[V_Y], own[SIDEWAYS], own[ASKED]
     for k in range(substeps):
         at = t + k * h
         begin, middle = disturbance_since(t, at, acting), disturbance_since(t, at + 0.5 * h, acting)
@@ -238,8 +230,8 @@ def _advance_omnidirectional(
         s = add(add(add(add(s, k1, h / 6.0), k2, h / 3.0), k3, h / 3.0), k4, h / 6.0)
         u += h / 6.0 * (u1 + 2.0 * (u2 + u3) + u4)
         sideways += h / 6.0 * (w1 + 2.0 * (w2 + w3) + w4)
-    vehicles.state[i, 0], vehicles.state[i, 1] = u, sideways
-    return s
+    own[V_Y], own[SIDEWAYS] = u, sideways
+    write(plant, s)
 
 
 @compiled
@@ -280,3 +272,41 @@ def omnidirectional_derivative(
         push * shape.inverse_mass - s.v * s.omega - offset * spin,
         (asked - sideways) * shape.inverse_lag,
     )
+
+
+_drive_inlined, _advance_inlined = compiled(drive_differential), compiled(advance_differential)
+
+
+@compiled
+def drive(
+    i: int, v_c: float, v_y_c: float, omega_c: float, vehicles: Any, seen: FloatArray, robot: Any, dt: float,
+    own: FloatArray, filters: FloatArray, targets: FloatArray, torques: FloatArray,
+) -> None:  # fmt: skip
+    """Turn the velocity command of robot `i` into torques, see `drive_differential`.
+
+    Of `vehicles`, a `Vehicle` for each robot, None stands for differential drives: numba then inlines theirs.
+    """
+    if vehicles is None:
+        _drive_inlined(v_c, v_y_c, omega_c, seen, robot, dt, own, filters, targets, torques)
+    else:
+        vehicles[i].drive(v_c, v_y_c, omega_c, seen, robot, dt, own, filters, targets, torques)
+
+
+@compiled
+def move(
+    i: int, t: float, vehicles: Any, plant: FloatArray, torques: FloatArray, robot: Any, acting: Any, load: Load,
+    dt: float, substeps: int, own: FloatArray,
+) -> None:  # fmt: skip
+    """Move robot `i` by one control period, see `advance_differential` and `drive`."""
+    if vehicles is None:
+        _advance_inlined(t, plant, torques, robot, acting, load, dt, substeps, own)
+    else:
+        vehicles[i].advance(t, plant, torques, robot, acting, load, dt, substeps, own)
+
+
+#: Functions by kind, as a scenario names it.
+_FUNCTIONS = {
+    "differential": (drive_differential, advance_differential),
+    "ackermann": (_drive_car, _advance_car),
+    "omnidirectional": (_drive_omnidirectional, _advance_omnidirectional),
+}

@@ -16,6 +16,7 @@ import numpy as np
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import ahead, wrap, yaw
 from dwmr.core.jit import collected_errors, first_class_functions
+from dwmr.plant.vehicles import V_Y
 from dwmr.scenario.model import Omnidirectional
 from dwmr.scenario.vehicle_limits import limited
 from dwmr.simulation.periods import Periods, Simulation, first_directions
@@ -91,8 +92,8 @@ class FormationCommands:
         self._next += 1
         asked = np.zeros((len(self._robots), 3))
         asked[:, ::2] = periods.record[periods.row(k), :, 12:14] if periods.guard is None else periods.guard[1].commands
-        if periods.vehicles is not None and periods.vehicles.lateral >= 0:
-            asked[:, 1] = periods.law_record[periods.row(k), :, periods.vehicles.lateral]
+        if periods.world.lateral >= 0:
+            asked[:, 1] = periods.law_record[periods.row(k), :, periods.world.lateral]
         return np.stack([limited(one, robot) for one, robot in zip(asked, self._robots.values(), strict=True)])
 
     def _measure(self, odometry: Sequence[Odometry]) -> None:
@@ -101,8 +102,8 @@ class FormationCommands:
         for i, (one, robot) in enumerate(zip(odometry, self._robots.values(), strict=True)):
             theta = one.theta if self._next == 0 else state[i, 2] + wrap(one.theta - state[i, 2])
             state[i, :5] = (*ahead(one.x, one.y, theta, robot.d), theta, one.v, one.omega)
-            if isinstance(robot.vehicle, Omnidirectional) and self._periods.vehicles is not None:
-                self._periods.vehicles.state[i, 0] = one.v_y
+            if isinstance(robot.vehicle, Omnidirectional):
+                self._periods.memory.own[i, V_Y] = one.v_y
         if self._next == 0:  # θ*_jr(0) = θ_i(0), as it is and not as the scenario says
             self._periods.memory.theta_star[:] = first_directions(self._periods.simulation, state[:, 2])
 

@@ -37,26 +37,22 @@ def rigid_bodies(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 
 
 def _body(robot: Robot, own: RigidBody, key: str, places: Places) -> Iterable[Diagnostic]:
-    clearance, wheel_mass, com_height, caster_front, caster_rear = (
-        places.resolve(tuple(split_key(f"{key}.{k}")))[0]
-        for k in ("clearance", "wheel_mass", "com_height", "caster_front", "caster_rear")
-    )
-    if own.clearance >= own.height:
-        message = f"{clearance} = {own.clearance:g} m leaves no chassis below a height of {own.height:g} m"
-        yield places.diagnostic("FZ904", clearance, message)
-    if 2.0 * own.wheel_mass >= robot.mass:
-        message = f"{wheel_mass} = {own.wheel_mass:g} kg: two wheels leave no chassis of a robot of {robot.mass:g} kg"
-        yield places.diagnostic("FZ904", wheel_mass, message)
-    if own.com_height >= own.height:
-        message = f"{com_height} = {own.com_height:g} m is above the chassis, whose top is at {own.height:g} m"
-        yield places.diagnostic("FZ904", com_height, message)
-    for caster, distance, ahead, side in (
-        (caster_front, own.caster_front, robot.com_offset, "ahead of"),
-        (caster_rear, own.caster_rear, -robot.com_offset, "behind"),
-    ):
-        if ahead >= distance:
-            message = f"{caster} = {distance:g} m: the robot tips, as its centre of mass is {ahead:g} m {side} the axle"
-            yield places.diagnostic("FZ904", caster, message, help="put the caster beyond the centre of mass")
+    ahead, height = robot.com_offset, own.height
+    tips, repair = "the robot tips, as its centre of mass is", "put the caster beyond the centre of mass"
+    for name, unit, is_wrong, why, help_text in (
+        ("clearance", "m", own.clearance >= height, f" leaves no chassis below a height of {height:g} m", ""),
+        (
+            "wheel_mass", "kg", 2.0 * own.wheel_mass >= robot.mass,
+            f": two wheels leave no chassis of a robot of {robot.mass:g} kg", "",
+        ),
+        ("com_height", "m", own.com_height >= height, f" is above the chassis, whose top is at {height:g} m", ""),
+        ("caster_front", "m", ahead >= own.caster_front, f": {tips} {ahead:g} m ahead of the axle", repair),
+        ("caster_rear", "m", -ahead >= own.caster_rear, f": {tips} {-ahead:g} m behind the axle", repair),
+    ):  # fmt: skip
+        if is_wrong:
+            written = places.resolve(tuple(split_key(f"{key}.{name}")))[0]
+            message = f"{written} = {getattr(own, name):g} {unit}{why}"
+            yield places.diagnostic("FZ904", written, message, help=help_text)
 
 
 def _velocities(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:

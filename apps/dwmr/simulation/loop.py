@@ -23,8 +23,8 @@ from dwmr.core.arrays import FloatArray, Reference, Safety
 from dwmr.core.interfaces import PostureError, Signal
 from dwmr.core.jit import compiled
 from dwmr.plant.disturbances import Load, disturbance, measure
-from dwmr.plant.robot import State, advance, pd_torques, slewed
-from dwmr.plant.vehicles import Vehicles, advance_vehicle, drive, lateral_velocity, moves_sideways, steering
+from dwmr.plant.robot import State, state_of
+from dwmr.plant.vehicles import V_Y, drive, move
 from dwmr.simulation.faults import fault_of
 
 #: Records of every robot at every sample, in the order of the columns that `_record` fills.
@@ -72,6 +72,7 @@ class World(NamedTuple):
         other_plant: Whether the caller of the loop moves the robots, by an `interfaces.Plant`.
         every: Control periods from one recorded sample to the next.
         delay: Age of the messages of leaders in control periods.
+        lateral: Column of the law's signals that holds the commanded velocity to the left, -1 without one.
     """
 
     dt: float
@@ -89,6 +90,7 @@ class World(NamedTuple):
     other_plant: bool
     every: int
     delay: int
+    lateral: int
 
 
 class Memory(NamedTuple):
@@ -109,6 +111,8 @@ class Memory(NamedTuple):
         next_law: The same after the period.
         torques: Commanded torques of the right and left wheel, shape (n, 2) [N m].
         changed: 1 for each robot whose command in this period limits or the safety filter changed, shape (n,).
+        own: Numbers of each vehicle, see `vehicles.OWN`, shape (n, 5).
+        record: Recorded ones of these, the first columns, shape (samples, n, columns).
     """
 
     plant: FloatArray
@@ -126,6 +130,8 @@ class Memory(NamedTuple):
     next_law: FloatArray
     torques: FloatArray
     changed: FloatArray
+    own: FloatArray
+    record: FloatArray
 
 
 class Target(NamedTuple):
@@ -140,17 +146,6 @@ class Target(NamedTuple):
     avoidance_radius: float
 
 
-class Leader(NamedTuple):
-    """Posture, velocities and `d` of a robot, or of the body of a virtual structure, that a follower keeps to."""
-
-    x: float
-    y: float
-    theta: float
-    v: float
-    omega: float
-    d: float
-
-
 @compiled
 def run_periods(
     first: int,
@@ -158,6 +153,7 @@ def run_periods(
     paths: Any,
     step: Any,
     kernels: Any,
+    vehicles: Any,
     world: World,
     memory: Memory,
     obstacles: FloatArray,
@@ -165,7 +161,6 @@ def run_periods(
     record: FloatArray,
     law_record: FloatArray,
     guard: tuple[Safety, Filter] | None,
-    vehicles: Vehicles | None,
 ) -> tuple[int, int, int]:
     """Run the control periods from `first` up to but not including `last`.
 
@@ -174,6 +169,7 @@ def run_periods(
         paths: The reference trajectories, see `interfaces.reference_path`.
         step: Control law, see `interfaces.control_law`.
         kernels: Gain kernels of the law, one tuple per robot.
+        vehicles: Functions of each robot, see `vehicles.Vehicle`; None if all are differential drives.
         world: Constants.
         memory: Read and written.
         obstacles: Centres and radii of the obstacles at these periods and the one after, shape (last - first + 1, a, 3)
@@ -183,7 +179,6 @@ def run_periods(
         record: Written, shape (samples, n, len(SIGNALS)); see `row_of` for the samples.
         law_record: Written, shape (samples, n, signals of the law).
         guard: Safety filter and its memory, None for none; numba compiles the loop once for each.
-        vehicles: Vehicles with other drives than two wheels, or None.
 
     Returns:
         Number of the period reached, robot and fault: 0 for none, a key of the law's FAULTS, `faults.NOT_FINITE` or
@@ -199,11 +194,11 @@ def run_periods(
             _slip(t, world, memory)
         if not world.measures_exactly:
             _tell(k, noise[k - first], world, memory)
-        robot, fault = decide(k, paths, step, kernels, world, memory, now, after, record, law_record, guard, vehicles)
+        robot, fault = decide(k, paths, step, kernels, vehicles, world, memory, now, after, record, law_record, guard)
         if fault != 0:
             return k, robot, fault
         if not world.other_plant:
-            move(t, world, memory, vehicles)
+            _move(t, vehicles, world, memory)
     return last, -1, 0
 
 
@@ -219,6 +214,7 @@ def decide(
     paths: Any,
     step: Any,
     kernels: Any,
+    vehicles: Any,
     world: World,
     memory: Memory,
     now: FloatArray,
@@ -226,7 +222,6 @@ def decide(
     record: FloatArray,
     law_record: FloatArray,
     guard: tuple[Safety, Filter] | None,
-    vehicles: Vehicles | None,
 ) -> tuple[int, int]:
     """Compute the torques of all robots from measured states, before any of them moves.
 
@@ -243,16 +238,16 @@ def decide(
     row = row_of(period, world.every, record.shape[0])
     faulty, first_fault = -1, 0
     for i in range(n):
-        state = _state(memory.plant, i)
+        state = state_of(memory.plant[i])
         reference = _reference(t, i, paths, world)
         target = _aim(i, reference, now, world, memory)
-        seen = error = _error(i, reference, target, memory.plant, memory.plant, memory.slip, world, memory, vehicles)
+        seen = error = _error(i, reference, target, memory.plant, memory.plant, memory.slip, world, memory)
         if not world.measures_exactly:
             heard = memory.heard
-            seen = _error(i, reference, target, memory.seen, heard, heard[:, 7:], world, memory, vehicles)
-        if vehicles is not None and target.obstacle >= 0.0 and moves_sideways(i, vehicles):
-            seen = towards(seen)
+            seen = _error(i, reference, target, memory.seen, heard, heard[:, 7:], world, memory)
         measured, robot, theta = memory.seen[i], world.robots[i], target.theta - memory.seen[i, 2]
+        if robot.sideways != 0 and target.obstacle >= 0.0:
+            seen = towards(seen)
         view = tracking_error(
             seen, robot.first == robot.last, theta, target.v, target.omega, measured[3], measured[4], t
         )
@@ -260,10 +255,11 @@ def decide(
             view, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[row, i]
         )
         memory.changed[i] = 1.0 if abs(v_c) > robot.v_limit or abs(omega_c) > robot.omega_limit else 0.0
-        if vehicles is not None:
-            _drive(i, row, v_c, omega_c, law_record[row, i], world, memory, vehicles)
-        elif guard is None:
-            _inner_loop(i, v_c, omega_c, world, memory)
+        for c in range(memory.record.shape[2]):
+            memory.record[row, i, c] = memory.own[i, c]
+        if guard is None:
+            v_y_c = law_record[row, i, world.lateral] if world.lateral >= 0 else 0.0
+            _drive(i, v_c, v_y_c, omega_c, vehicles, world, memory)
         else:
             guard[1].commands[i, 0], guard[1].commands[i, 1] = v_c, omega_c
         _record(record[row, i], state, target, error, v_c, omega_c, memory, i)
@@ -272,7 +268,7 @@ def decide(
         if fault != 0 and first_fault == 0:
             faulty, first_fault = i, fault
     if guard is not None:
-        _keep_safe(row, now, after, guard, world, memory, record[row])
+        _keep_safe(row, now, after, guard, vehicles, world, memory, record[row])
     if first_fault != 0:  # only now, so that the last row is whole
         return faulty, first_fault
     for i in range(n):
@@ -284,8 +280,8 @@ def decide(
 
 @compiled
 def _keep_safe(
-    row: int, now: FloatArray, after: FloatArray, guard: tuple[Safety, Filter], world: World, memory: Memory,
-    record: FloatArray,
+    row: int, now: FloatArray, after: FloatArray, guard: tuple[Safety, Filter], vehicles: Any, world: World,
+    memory: Memory, record: FloatArray,
 ) -> None:  # fmt: skip
     """Filter the commands of all robots together, then turn them into torques, which are written into the record."""
     safety, its_memory = guard
@@ -294,7 +290,7 @@ def _keep_safe(
         v, omega = its_memory.commands[i, 0], its_memory.commands[i, 1]
         change = abs(v - record[i, 12]) + abs(omega - record[i, 13])
         memory.changed[i] = 1.0 if change > CHANGED else 0.0
-        _inner_loop(i, v, omega, world, memory)
+        _drive(i, v, 0.0, omega, vehicles, world, memory)
         record[i, 14], record[i, 15] = memory.torques[i, 0], memory.torques[i, 1]
 
 
@@ -308,12 +304,6 @@ def _tell(period: int, noise: FloatArray, world: World, memory: Memory) -> None:
             memory.sent[period % count, i, c] = value
             if noise[i, 5] == 0.0 and (period >= world.delay or period == 0):
                 memory.heard[i, c] = memory.sent[max(period - world.delay, 0) % count, i, c]
-
-
-@compiled
-def _state(plant: FloatArray, i: int) -> State:
-    p = plant
-    return State(p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6])
 
 
 @compiled
@@ -336,7 +326,7 @@ def _aim(i: int, reference: Reference, obstacles: FloatArray, world: World, memo
         return _place(i, reference, world, memory)
     theta_r, v_r, omega_r, obstacle, reach = reference.theta, reference.v, reference.omega, -1, 0.0
     if robot.avoids != 0:
-        s = _state(memory.seen, i)
+        s = state_of(memory.seen[i])
         obstacle, direction, reach = avoid(
             s.x, s.y, s.theta, s.v, robot.radius, obstacles, memory.sides[i], world.avoidance
         )
@@ -346,18 +336,20 @@ def _aim(i: int, reference: Reference, obstacles: FloatArray, world: World, memo
 
 
 @compiled
-def _leader(j: int, body: Reference, states: FloatArray, slip: FloatArray, share: float, world: World) -> Leader:
-    """Return robot `j`, or for -1 the body of a virtual structure.
+def _leader(
+    j: int, body: Reference, states: FloatArray, slip: FloatArray, share: float, world: World
+) -> tuple[Reference, float]:
+    """Return posture, velocities and `d` of robot `j`, or for -1 of the body of a virtual structure.
 
     Args:
         states, slip: Of all robots.
         share: Of the slip that counts.
     """
     if j < 0:
-        return Leader(body.x, body.y, body.theta, body.v, body.omega, 0.0)
-    s = _state(states, j)
+        return body, 0.0
+    s = state_of(states[j])
     v, omega = s.v + share * slip[j, 0], s.omega + share * slip[j, 1]
-    return Leader(s.x, s.y, s.theta, v, omega, world.robots[j].d)
+    return Reference(s.x, s.y, s.theta, v, omega), world.robots[j].d
 
 
 @compiled
@@ -366,8 +358,8 @@ def _place(i: int, body: Reference, world: World, memory: Memory) -> Target:
     x_r = y_r = v_r = 0.0
     for e in range(world.robots[i].first, world.robots[i].last):
         edge = world.edges[e]
-        lead = _leader(edge.leader, body, memory.plant, memory.slip, 1.0, world)
-        x, y = follower_position(lead.x, lead.y, lead.theta, lead.d, edge.separation, edge.bearing)
+        lead, d = _leader(edge.leader, body, memory.plant, memory.slip, 1.0, world)
+        x, y = follower_position(lead.x, lead.y, lead.theta, d, edge.separation, edge.bearing)
         x_r, y_r, v_r = x_r + edge.weight * x, y_r + edge.weight * y, v_r + edge.weight * lead.v
     # theta_jr = theta_i of Eq. (47) cannot be kept in a turn; the auxiliary orientation takes its place
     return Target(x_r, y_r, memory.theta_star[i], v_r, 0.0, -1.0, 0.0)
@@ -376,7 +368,7 @@ def _place(i: int, body: Reference, world: World, memory: Memory) -> Target:
 @compiled
 def _error(
     i: int, body: Reference, target: Target, plant: FloatArray, leaders: FloatArray, slip: FloatArray,
-    world: World, memory: Memory, vehicles: Vehicles | None,
+    world: World, memory: Memory,
 ) -> PostureError:  # fmt: skip
     """Return the tracking error of one robot.
 
@@ -387,68 +379,46 @@ def _error(
         plant: States of all robots as they are or as they are seen, shape (n, 7).
         leaders: The same as their followers know them, shape (n, 7 or more).
         slip: That of leaders as their followers know it, shape (n, 2).
-        world, memory, vehicles: As for `run_periods`.
+        world, memory: As for `run_periods`.
 
     Source:
         Goto, Bertol, Martins, Eqs. (4)-(6), (72) for a robot on the reference; Eqs. (47)-(51) for a follower, whose
         errors and drifts are linear in the place and velocity that a leader implies.
     """
-    robot, theta_star, s = world.robots[i], memory.theta_star[i], _state(plant, i)
+    robot, theta_star, s = world.robots[i], memory.theta_star[i], state_of(plant[i])
     if robot.first == robot.last:
         return trajectory_error(s.x, s.y, s.theta, target.x, target.y, target.theta, theta_star, target.v, robot.d)
-    mean = _edge_error(i, robot.first, body, s, leaders, slip, world, theta_star, vehicles)
-    share = world.edges[robot.first].weight
+    mean = _edge_error(i, robot.first, body, s, leaders, slip, world, memory)
+    share, theta_e = world.edges[robot.first].weight, mean.theta_e_star
     for e in range(robot.first + 1, robot.last):
-        one = _edge_error(i, e, body, s, leaders, slip, world, theta_star, vehicles)
-        mean, share = mixed(mean, share, one, world.edges[e].weight), 1.0
+        one = _edge_error(i, e, body, s, leaders, slip, world, memory)
+        mean, share = mixed(mean, share, one, world.edges[e].weight, theta_e), 1.0
     return mean
 
 
 @compiled
 def _edge_error(
-    i: int, e: int, body: Reference, s: State, leaders: FloatArray, slip: FloatArray, world: World,
-    theta_star: float, vehicles: Vehicles | None,
-) -> PostureError:  # fmt: skip
+    i: int, e: int, body: Reference, s: State, leaders: FloatArray, slip: FloatArray, world: World, memory: Memory
+) -> PostureError:
     """Return the tracking error of a robot from one of its places; arguments as for `_error`."""
-    edge = world.edges[e]
-    lead = _leader(edge.leader, body, leaders, slip, world.known_slip, world)
+    edge, theta_star = world.edges[e], memory.theta_star[i]
+    lead, d = _leader(edge.leader, body, leaders, slip, world.known_slip, world)
     error = follower_error(
-        lead.x, lead.y, lead.theta, lead.v, lead.omega, lead.d, s.x, s.y, s.theta, theta_star, world.robots[i].d,
+        lead.x, lead.y, lead.theta, lead.v, lead.omega, d, s.x, s.y, s.theta, theta_star, world.robots[i].d,
         edge.separation, edge.bearing,
     )  # fmt: skip
-    if vehicles is not None:
-        if edge.leader >= 0:
-            error = behind_sideways(error, lateral_velocity(edge.leader, vehicles), lead.theta, s.theta, theta_star)
-        if moves_sideways(i, vehicles):
-            error = with_leaders_orientation(error, lead.theta, lead.omega, s.theta)
+    if edge.leader >= 0 and memory.own[edge.leader, V_Y] != 0.0:
+        error = behind_sideways(error, memory.own[edge.leader, V_Y], lead.theta, s.theta, theta_star)
+    if world.robots[i].sideways != 0:
+        error = with_leaders_orientation(error, lead.theta, lead.omega, s.theta)
     return error
 
 
 @compiled
-def _inner_loop(i: int, v_c: float, omega_c: float, world: World, memory: Memory) -> None:
-    """Turn the limited velocity command and the velocities seen at the wheels into torque commands."""
-    robot, targets = world.robots[i], memory.targets
-    targets[i, 0] = slewed(v_c, robot.v_limit, targets[i, 0], robot.acceleration, world.dt)
-    targets[i, 1] = slewed(omega_c, robot.omega_limit, targets[i, 1], robot.angular_acceleration, world.dt)
-    e_v, e_omega = targets[i, 0] - memory.seen[i, 3], targets[i, 1] - memory.seen[i, 4]
-    right, left, filter_v, filter_omega = pd_torques(
-        e_v, e_omega, memory.filters[i, 0], memory.filters[i, 1], robot, world.dt
-    )
-    memory.torques[i, 0], memory.torques[i, 1] = right, left
-    memory.filters[i, 0], memory.filters[i, 1] = filter_v, filter_omega
-
-
-@compiled
-def _drive(
-    i: int, sample: int, v_c: float, omega_c: float, signals: FloatArray, world: World, memory: Memory,
-    vehicles: Vehicles,
-) -> None:  # fmt: skip
-    """Turn the velocity command of a robot, some of them in the law's signals, into commands of its drives."""
-    v_y_c = signals[vehicles.lateral] if vehicles.lateral >= 0 else 0.0
-    row = vehicles.record[sample, i]
-    row[0], row[1] = steering(i, vehicles), lateral_velocity(i, vehicles)
+def _drive(i: int, v_c: float, v_y_c: float, omega_c: float, vehicles: Any, world: World, memory: Memory) -> None:
+    """Turn the velocity command of a robot into commands of its drives."""
     drive(
-        i, v_c, v_y_c, omega_c, memory.seen[i], world.robots[i], world.dt, vehicles, memory.filters[i],
+        i, v_c, v_y_c, omega_c, vehicles, memory.seen[i], world.robots[i], world.dt, memory.own[i], memory.filters[i],
         memory.targets[i], memory.torques[i],
     )  # fmt: skip
 
@@ -462,20 +432,13 @@ def _slip(t: float, world: World, memory: Memory) -> None:
 
 
 @compiled
-def move(t: float, world: World, memory: Memory, vehicles: Vehicles | None) -> None:
+def _move(t: float, vehicles: Any, world: World, memory: Memory) -> None:
     """Advance all robots by one period that begins at a time [s], under held torques."""
-    p, torques = memory.plant, memory.torques
-    for i in range(p.shape[0]):
-        if vehicles is not None and vehicles.own[i].kind != 0:
-            p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6] = advance_vehicle(
-                i, t, _state(p, i), torques[i], world.robots[i], world.acting[i], world.load, world.dt, world.substeps,
-                vehicles,
-            )  # fmt: skip
-        else:
-            p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6] = advance(
-                t, _state(p, i), torques[i, 0], torques[i, 1], world.robots[i], world.acting[i], world.load, world.dt,
-                world.substeps,
-            )  # fmt: skip
+    for i in range(memory.plant.shape[0]):
+        move(
+            i, t, vehicles, memory.plant[i], memory.torques[i], world.robots[i], world.acting[i], world.load, world.dt,
+            world.substeps, memory.own[i],
+        )  # fmt: skip
 
 
 @compiled

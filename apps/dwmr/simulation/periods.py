@@ -25,7 +25,7 @@ from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import EDGE, ROBOT
 from dwmr.reference.prepared import CURVES, Shape
 from dwmr.scenario.guard import levers_of, safety_of
-from dwmr.scenario.model import LARGEST_NOISE, Ackermann, Omnidirectional, Robot, Scenario
+from dwmr.scenario.model import LARGEST_NOISE, Omnidirectional, Robot, Scenario
 from dwmr.scenario.outlines import centres, is_moving
 from dwmr.scenario.vehicle_limits import others
 from dwmr.simulation.loop import SIGNALS, Memory, World, row_of, run_periods
@@ -92,11 +92,12 @@ class Periods:
         record: Signals of `loop.SIGNALS`, shape (samples, robots, signals).
         law_record: Those of the control law.
         guard: Safety filter and its memory, None without one.
-        vehicles: Vehicles with other drives than two wheels, or None.
         paths, kernels: Reference trajectories, and of each robot a tuple of the law's gain kernels, as the loop takes
             them: the last ones are repeated.
+        vehicles: Functions of each robot, None if all are differential drives.
+        plans: Number of the robot, control periods from one plan to the next, and function of each plan.
         raised: Errors of compiled code, from `jit.collected_errors`.
-        planning: Number of the robot for which a plan is made, -1 for none.
+        planning: Period and number of the robot for which a plan is made, None while none is.
     """
 
     def __init__(self, simulation: Simulation, *, measured: bool = False) -> None:
@@ -107,7 +108,7 @@ class Periods:
         self.every = self.total if measured else simulation.every
         samples = len(kept_samples(self.total, self.every))
         self.world = _world(simulation, laws, exactly, measured or scenario.run.plant != "equations", self.every)
-        self.memory = _memory(simulation, laws, exactly)
+        self.memory = _memory(simulation, laws, exactly, samples)
         self.record: FloatArray = np.zeros((samples, len(names), len(SIGNALS)))
         self.law_record: FloatArray = np.zeros((samples, len(names), len(simulation.module.SIGNALS)))
         self.guard = None
@@ -115,15 +116,16 @@ class Periods:
             levers = levers_of(scenario, scenario.safety)
             room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples, levers)
             self.guard = (safety_of(scenario, scenario.safety), room)
-        self.vehicles = _vehicles(scenario, simulation.module, samples)
         self.raised: list[BaseException] = []
-        self.planning = -1
+        self.planning: tuple[int, int] | None = None
         self._step = first_class(simulation.module.step)
         paths = {id(one): one.path for one in simulation.shapes.values()}
         self.paths = _padded([first_class(PATHS[one]) for one in paths.values()])
         self._draw = noise_source(scenario)
         self.kernels = _padded([tuple(first_class(k) for k in law.kernels) for law in laws])
-        self._plans = [(i, law.every, law.plan) for i, law in enumerate(laws) if law.plan is not None]
+        kinds = [one.vehicle.kind if one.vehicle else "differential" for one in scenario.robots.values()]
+        self.vehicles = _padded([vehicles.vehicle(kind) for kind in kinds]) if others(scenario) else None
+        self.plans = [(i, law.every, law.plan) for i, law in enumerate(laws) if law.plan is not None]
 
     def row(self, period: int) -> int:
         """Return the row of a period in the records, see `loop.row_of`."""
@@ -168,10 +170,12 @@ class Periods:
             for begin, end in pairwise([first, *self._breaks(first, last), last]):
                 now = obstacles[begin - first : end - first + 1] if len(obstacles) > 1 else obstacles
                 done = run_periods(
-                    begin, end, self.paths, self._step, self.kernels, self.world, self.memory, now,
-                    noise[begin - first : end - first], self.record, self.law_record, self.guard, self.vehicles,
+                    begin, end, self.paths, self._step, self.kernels, self.vehicles, self.world, self.memory, now,
+                    noise[begin - first : end - first], self.record, self.law_record, self.guard,
                 )  # fmt: skip
-                done = done if done[2] != 0 or self.raised else self._plan(end)
+                if done[2] == 0 and not self.raised and self.plans:
+                    with reported(name, file, "run"):
+                        done = self._plan(end)
                 if done[2] != 0 or self.raised:
                     break
         if self.raised:  # by the law's step: errors of compiled code name no line
@@ -181,18 +185,20 @@ class Periods:
 
     def _breaks(self, first: int, last: int) -> list[int]:
         """Return the numbers of periods between two others before which a plan is made."""
-        breaks = (range(first + 1 + -first % every, last, every) for _, every, _ in self._plans)
+        breaks = (range(first + 1 + -first % every, last, every) for _, every, _ in self.plans)
         return sorted(set().union(*breaks))
 
     def _plan(self, reached: int) -> tuple[int, int, int]:
         """Make the plans of the period before one; return a period, a robot and a fault as `run_periods` does."""
-        for i, every, plan in self._plans:
+        for i, every, plan in self.plans:
             if reached > 0 and (reached - 1) % every == 0:
-                self.planning = i
+                self.planning = reached - 1, i
                 fault = plan(self.memory.law[i], self.world.robots[i])
-                self.planning = -1
+                if not isinstance(fault, int | np.integer):
+                    raise TypeError(f"a plan returns {fault!r:.40}, not 0 or a key of FAULTS")
+                self.planning = None
                 if fault != 0:
-                    return reached - 1, i, fault
+                    return reached - 1, i, int(fault)
         return reached, -1, 0
 
 
@@ -202,26 +208,6 @@ def _padded(items: list[Any]) -> tuple[Any, ...]:
     The loop, which numba compiles for each length of a tuple, is then compiled once for all small formations.
     """
     return tuple(items + items[-1:] * (-len(items) % 8))
-
-
-def _vehicles(scenario: Scenario, module: Any, samples: int) -> vehicles.Vehicles | None:
-    """Return the vehicles with other drives than two wheels, or None."""
-    special = others(scenario)
-    if not special:
-        return None
-    n = len(scenario.robots)
-    records = np.zeros(n, dtype=vehicles.VEHICLE)
-    for row, name in zip(records, scenario.robots, strict=True):
-        match special.get(name):
-            case Ackermann() as car:
-                row["kind"] = vehicles.ACKERMANN
-                for key in ("wheelbase", "steering_limit", "steering_rate"):
-                    row[key] = getattr(car, key)
-            case Omnidirectional():
-                row["kind"] = vehicles.OMNIDIRECTIONAL
-    lateral = next((k for k, one in enumerate(module.SIGNALS) if one.name == LATERAL), -1)
-    record = np.zeros((samples, n, len(vehicles.SIGNALS)))
-    return vehicles.Vehicles(records.view(np.recarray), lateral, np.zeros(n), np.zeros((n, 3)), record)
 
 
 def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
@@ -239,10 +225,11 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
     padded = np.zeros((len(shapes), max(map(len, shapes.values()))))
     for row, constants in zip(padded, shapes.values(), strict=True):
         row[: len(constants)] = constants
-    last = 0
+    lateral, last = next((k for k, one in enumerate(simulation.module.SIGNALS) if one.name == LATERAL), -1), 0
     for record, (name, robot) in zip(robots, scenario.robots.items(), strict=True):
         record["first"], last = last, last + len(robot.edges)
         record["last"], record["path"] = last, list(shapes).index(id(simulation.shapes[name]))
+        record["sideways"] = lateral >= 0 and isinstance(robot.vehicle, Omnidirectional)
     return World(
         scenario.run.dt,
         scenario.run.substeps,
@@ -259,6 +246,7 @@ def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, othe
         other_plant,
         every,
         delay_of(scenario),
+        lateral,
     )
 
 
@@ -305,7 +293,7 @@ def _constants(robot: Robot) -> dict[str, float]:
     }
     if isinstance(robot.vehicle, Omnidirectional):  # the lever arm of a mecanum wheel
         derived["half_track"] = robot.half_track + robot.vehicle.half_base
-    tables = (robot, robot.friction, robot.actuator, robot.inner_loop)
+    tables = (robot, robot.friction, robot.actuator, robot.inner_loop, *([robot.vehicle] if robot.vehicle else []))
     wanted = set(ROBOT.names or ())
     values = {name: getattr(t, name) for t in tables for name in type(t).model_fields if name in wanted}
     return values | derived
@@ -323,7 +311,7 @@ def _acting(scenario: Scenario) -> Any:
     return acting
 
 
-def _memory(simulation: Simulation, laws: list[Law], measures_exactly: bool) -> Memory:
+def _memory(simulation: Simulation, laws: list[Law], measures_exactly: bool, samples: int) -> Memory:
     scenario = simulation.scenario
     robots = list(scenario.robots.values())
     n = len(robots)
@@ -352,6 +340,8 @@ def _memory(simulation: Simulation, laws: list[Law], measures_exactly: bool) -> 
         law.copy(),
         torques,
         np.zeros(n),
+        np.zeros((n, vehicles.OWN)),
+        np.zeros((samples, n, len(vehicles.SIGNALS) if others(scenario) else 0)),
     )
 
 

@@ -52,7 +52,7 @@ class _WorkingMemory:
     """
 
     def __init__(self, periods: Periods) -> None:
-        parts = (periods.memory, periods.guard and periods.guard[1], periods.vehicles)
+        parts = (periods.memory, periods.guard and periods.guard[1])
         self._kept = [(array, array.copy()) for part in parts for array in _arrays(part)]
 
     def restore(self) -> None:
@@ -84,7 +84,9 @@ def decide(periods: Periods, first: int, last: int) -> tuple[int, int, int]:
     before = _WorkingMemory(periods)
     try:
         return periods.compute(first, last, obstacles, noise)
-    except DiagnosticError:
+    except DiagnosticError as error:
+        if periods.planning is not None:  # in Python
+            raise _of_plan(periods, *periods.planning, error) from None
         before.restore()
         for k in range(first, last):
             now = obstacles[k - first : k - first + 2] if len(obstacles) > 1 else obstacles
@@ -94,6 +96,13 @@ def decide(periods: Periods, first: int, last: int) -> tuple[int, int, int]:
             except DiagnosticError as error:
                 raise _in_python(periods, k, now, before, error) from None
         raise  # the law does not raise it again, or was not run
+
+
+def _of_plan(periods: Periods, period: int, robot: int, error: DiagnosticError) -> LawError:
+    """Return the error of a plan, which is made after a period."""
+    (diagnostic,), scenario = error.diagnostics, periods.simulation.scenario
+    there = f"there, of robot {list(scenario.robots)[robot]}: the plan after t = {period * scenario.run.dt:.6g} s"
+    return LawError(replace(diagnostic, facts=(*diagnostic.facts, there)), period, robot)
 
 
 def _in_python(
@@ -119,8 +128,8 @@ def _in_python(
             np.errstate(divide="raise", invalid="raise"),
         ):
             getattr(loop.decide, "py_func", loop.decide)(
-                period, periods.paths, kept, periods.kernels, periods.world, memory, obstacles[0], obstacles[-1],
-                periods.record, periods.law_record, periods.guard, periods.vehicles,
+                period, periods.paths, kept, periods.kernels, periods.vehicles, periods.world, memory, obstacles[0],
+                obstacles[-1], periods.record, periods.law_record, periods.guard,
             )  # fmt: skip
     except DiagnosticError as python:
         (error_in_python,), kinds = python.diagnostics, (type(compiled.__cause__), type(python.__cause__))
@@ -128,8 +137,7 @@ def _in_python(
             diagnostic = replace(diagnostic, span=error_in_python.span)
         elif kinds[0] is kinds[1]:
             diagnostic = error_in_python
-    robot = len(asked) - 1 if periods.planning < 0 else periods.planning
-    error = asked[robot]
+    robot, error = len(asked) - 1, asked[-1]
     seen_by_law = ", ".join(f"{name} = {value:.6g}" for name, value in zip(error._fields, error, strict=True))
     there = f"there, of robot {list(periods.simulation.scenario.robots)[robot]}: {seen_by_law}"
     return LawError(replace(diagnostic, facts=(*diagnostic.facts, there)), period, robot)
@@ -137,7 +145,7 @@ def _in_python(
 
 #: The compiled loop returns to Python this often, for the progress display and for Ctrl-C.
 PERIODS_AT_A_TIME = 4000
-#: In plain Python it returns about this often [s].
+#: In plain Python, and with plans, it returns about this often [s].
 PATIENCE = 0.25
 #: Records of all laws of a command are kept in memory together; more than this is refused [bytes].
 MOST_MEMORY = 2 << 30
@@ -219,8 +227,22 @@ def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
         robot: _law(module, settings_of(file, robot, controller, module), rules, robot, controller)
         for robot in file.scenario.robots
     }
+    for part in ("gains", "state"):
+        if len({len(getattr(law, part)) for law in laws.values()}) > 1:
+            with reported(controller, Path(str(module.__file__)), "prepared"):
+                raise TypeError(f"Law must have as many {part.removesuffix('s')}s for each robot")
     shapes = {robot: file.shapes.get(robot, file.shape) for robot in file.scenario.robots}
     return Simulation(controller, file.scenario, shapes, module, laws)
+
+
+#: A test of each part of a `Law`, and its kind in words.
+_PARTS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "gains": (lambda x: isinstance(x, np.ndarray) and x.ndim == 1, "an array of shape (n,)"),
+    "state": (lambda x: isinstance(x, np.ndarray) and x.ndim == 1, "an array of shape (n,)"),
+    "kernels": (lambda x: isinstance(x, tuple | list), "a tuple"),
+    "plan": (lambda x: x is None or callable(x), "a function or None"),
+    "every": (lambda x: isinstance(x, int) and x > 0, "a whole number from 1 on"),
+}
 
 
 def _law(module: Any, settings: LawSettings, rules: Rules, robot: str, name: str) -> Law:
@@ -229,7 +251,10 @@ def _law(module: Any, settings: LawSettings, rules: Rules, robot: str, name: str
         law = module.init(settings, rules, robot)
         if not isinstance(law, Law):
             raise TypeError(f"init returns {type(law).__name__}, not Law")
-    return law
+        for part, (is_valid, kind) in _PARTS.items():
+            if not is_valid(value := getattr(law, part)):
+                raise TypeError(f"'{part}' of Law must be {kind}, got {value!r:.40}")
+        return law
 
 
 def require_memory(simulations: Sequence[Simulation], places: Places) -> None:
@@ -267,11 +292,9 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     positions = None if plant is None else np.empty((len(periods.record), plant.positions.size))
     with first_class_functions(), collected_errors() as periods.raised:
         computed, wall_s, stop = _computed(periods, report or (lambda _: None), plant, positions)
-    law_record, dt = periods.law_record, simulation.scenario.run.dt
+    law_record, dt = np.concatenate([periods.law_record, periods.memory.record], axis=2), simulation.scenario.run.dt
     if periods.guard is not None:
         law_record = np.concatenate([law_record, periods.guard[1].record], axis=2)
-    if periods.vehicles is not None:
-        law_record = np.concatenate([law_record, periods.vehicles.record], axis=2)
     records = [periods.record, law_record, *(() if positions is None else (positions,))]
     numbers = periods.recorded(computed, records)
     t: FloatArray = numbers.astype(np.float64) * dt
@@ -288,7 +311,7 @@ def _computed(
     """Compute all periods; return how many are recorded, the computing time [s], and why the run ended early."""
     simulation, samples = periods.simulation, periods.total
     dt, names = simulation.scenario.run.dt, tuple(simulation.scenario.robots)
-    chunk = PERIODS_AT_A_TIME if COMPILED and plant is None else 1
+    chunk = PERIODS_AT_A_TIME if COMPILED and plant is None and not periods.plans else 1
     reached, wall_s, began = 0, 0.0, 0.0
     try:
         decide(periods, 0, 0)  # compiles, or loads from cache
@@ -360,7 +383,7 @@ def reason_of(fault: int, row: FloatArray, module: Any) -> str:
         ]
         return f"{', '.join(far)}: the run diverged"
     if fault != NOT_FINITE:
-        return str(module.FAULTS[fault])
+        return str(module.FAULTS.get(fault, f"fault {fault}, which the law's FAULTS do not name"))
     bad = [s.name for s, value in zip(SIGNALS, row, strict=True) if not np.isfinite(value)]
     return f"{', '.join(bad) or 'state'} is not finite: the run diverged"
 

@@ -17,8 +17,9 @@ from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, end
 from fuzzyctl.analysis.reach.series import Nodes, NotSmoothError, Series
 from fuzzyctl.analysis.reach.slopes import Slopes
 
-#: Order of the Taylor polynomials.
+#: Highest order of the Taylor polynomials, and the part of a state's radius that the remainder of a lower one may have.
 ORDER: Final = 4
+_SMALL: Final = 1e-4
 #: How often a tube is widened before the step is halved.
 _TRIES: Final = 12
 #: Relative error of times.
@@ -43,32 +44,40 @@ class Flow:
         self, nodes: Nodes, states: int, influence: Slopes | None = None, spread: Sequence[float] = ()
     ) -> None:
         self.nodes, self.states, self.influence, self.spread = nodes, states, influence, np.array(spread)
+        #: Ends of the derivatives over the last tube, which propose the next one.
+        self._rates: Form | None = None
 
     @np.errstate(all="ignore")
-    def tube(self, time: float, step: float, x: Sequence[Form], constants: Sequence[Value]) -> list[Form]:
-        """Return intervals that hold all solutions over a step, by Picard's inclusion.
+    def tube(
+        self, time: float, step: float, x: Sequence[Form], constants: Sequence[Value]
+    ) -> tuple[list[Form], Series]:
+        """Return intervals that hold all solutions over a step, by Picard's inclusion, and f over slightly wider ones.
 
         Raises:
             NoTubeError: If none is proved.
         """
         fixed = [c if isinstance(c, float) else hulled(c) for c in constants]
-        start = [hulled(a) for a in x]
+        tube = start = [hulled(a) for a in x]
         clock = _clock(time, step)
         lows, highs = _ends(start)
-        tube = start
+        if self._rates is not None and self._rates.shape[-1] == lows.shape[-1]:  # the tube is that of the step before
+            tube = _intervals(*_grown(*np.broadcast_arrays(*_moved(lows, highs, step * self._rates))))
         for attempt in range(_TRIES):
-            rates = Series(self.nodes, [clock, *tube, *fixed]).extend()
-            slow, fast = _ends([as_form(r) for r in rates])
-            low, high = lows + np.minimum(step * slow, 0.0), highs + np.maximum(step * fast, 0.0)
+            series = Series(self.nodes, [clock, *tube, *fixed])
+            rates = np.stack(_ends([as_form(r) for r in series.extend()]))
+            low, high = np.broadcast_arrays(*_moved(lows, highs, step * rates))
             if not (np.all(np.isfinite(low)) and np.all(np.isfinite(high))):
                 break
-            next_tube = [interval(a, b) for a, b in zip(*np.broadcast_arrays(low, high), strict=True)]
-            if attempt and all(_holds(a, b) for a, b in zip(tube, next_tube, strict=True)):
-                return next_tube
-            grown = 0.05 * (high - low) + 1e-12 * (1.0 + np.abs(low) + np.abs(high))
-            old_low, old_high = _ends(tube)
-            low, high = np.minimum(low - grown, old_low), np.maximum(high + grown, old_high)
-            tube = [interval(a, b) for a, b in zip(low, high, strict=True)]
+            next_tube = _intervals(low, high)
+            if all(_holds(a, b) for a, b in zip(tube, next_tube, strict=True)):
+                self._rates = rates
+                return next_tube, series
+            low, high = _grown(low, high)
+            if attempt:
+                old_low, old_high = _ends(tube)
+                low, high = np.minimum(low, old_low), np.maximum(high, old_high)
+            tube = _intervals(low, high)
+        self._rates = None
         raise NoTubeError
 
     @np.errstate(all="ignore")
@@ -91,15 +100,24 @@ class Flow:
         """
         if not x:
             return [], []
-        tube = self.tube(time, step, x, self._disturbed(constants))
+        tube, whole = self.tube(time, step, x, self._disturbed(constants))
         apart = self._deviation(time, step, tube, constants)
         polynomial: list[list[Value]]
         begin = np.array([[time, _ROUNDING * abs(time)]])
-        try:
-            whole = Series(self.nodes, [_clock(time, step), *tube, *(_flat(c) for c in constants)])
-            rest = self._coefficients(whole, tube, ORDER + 1)[-1]
-            polynomial = self._coefficients(Series(self.nodes, [begin, *x, *constants], whole), x, ORDER)
-        except (NotSmoothError, DomainError):  # order 0 may be known where derivatives are not, as of a root at 0
+        small = [forms.radius(a) * _SMALL for a in x]
+        for again in (True,) if self.spread.size else (False, True):
+            try:
+                if again:  # f over the tube itself, which a limit may touch that the wider one crosses
+                    whole = Series(self.nodes, [_clock(time, step), *tube, *(_flat(c) for c in constants)])
+                    whole.extend()
+                *lower, rest = self._coefficients(whole, tube, ORDER + 1, small, step)
+                series = Series(self.nodes, [begin, *x, *constants], whole)
+                series.extend()
+                polynomial = self._coefficients(series, x, len(lower) - 1)
+                break
+            except (NotSmoothError, DomainError):
+                continue
+        else:  # order 0 may be known where derivatives are not, as of a root at 0
             rest = self._over_tube(time, step, x, tube, constants)
             polynomial = [list(x)]
         end = [_evaluated([p[k] for p in polynomial], as_form(rest[k]), step) for k in range(self.states)]
@@ -158,15 +176,29 @@ class Flow:
             moved.append(plus(a, interval(np.minimum(step * low, 0.0), np.maximum(step * high, 0.0))))
         return Series(self.nodes, [_clock(time, step), *moved, *constants]).extend()
 
-    def _coefficients(self, series: Series, x: Sequence[Value], order: int) -> list[list[Value]]:
-        """Return the Taylor coefficients of the states from order 0 on."""
+    def _coefficients(
+        self, series: Series, x: Sequence[Value], order: int, small: Sequence[Form] = (), step: float = 1.0
+    ) -> list[list[Value]]:
+        """Return the Taylor coefficients of the states from order 0 on, up to an order.
+
+        Args:
+            series: Of the derivatives, extended to order 0.
+            x: The states.
+            order: The order.
+            small: Radii that end the series early: those of terms of order 2 or more that all are smaller over a step.
+            step: The step.
+        """
         results: list[list[Value]] = [list(x)]
         idle = [0.0] * (len(series.nodes.inputs) - 1 - len(x))
-        following: list[Value] | None = None
+        rates = [series.coefficients[at][0] for at in series.nodes.values]
         for k in range(order):
-            rates = series.extend(following)
+            if k:
+                rates = series.extend([1.0 if k == 1 else 0.0, *results[-1], *idle])
             results.append([forms.divided(r, k + 1) for r in rates])
-            following = [1.0 if k == 0 else 0.0, *results[-1], *idle]
+            if k and small:
+                sizes = [forms.radius(as_form(r)) * step ** (k + 1) for r in results[-1]]
+                if all(bool(np.all(a <= b)) for a, b in zip(sizes, small, strict=True)):
+                    break
         return results
 
 
@@ -190,6 +222,21 @@ def _ends(rows: Sequence[Form]) -> tuple[Form, Form]:
     boxes = max((len(low) for low, _ in pairs), default=1)
     low, high = (np.array([np.broadcast_to(e, boxes) for e in side]) for side in zip(*pairs, strict=True))
     return low, high
+
+
+def _moved(low: Form, high: Form, change: Form) -> tuple[Form, Form]:
+    """Return the ends of values that change by up to some steps, the least and the largest ones."""
+    return low + np.minimum(change[0], 0.0), high + np.maximum(change[1], 0.0)
+
+
+def _grown(low: Form, high: Form) -> tuple[Form, Form]:
+    """Return ends that are a little farther apart."""
+    more = 0.05 * (high - low) + 1e-12 * (1.0 + np.abs(low) + np.abs(high))
+    return low - more, high + more
+
+
+def _intervals(low: Form, high: Form) -> list[Form]:
+    return [interval(a, b) for a, b in zip(low, high, strict=True)]
 
 
 def _holds(a: Form, b: Form) -> bool:

@@ -63,7 +63,7 @@ def _number_product(a: float, b: float) -> Value:
 
 def radius(a: Form) -> Form:
     """Return the radius of each box, shape (boxes,), rounded up."""
-    return np.asarray(np.abs(a[..., 1:]).sum(-1) * (1.0 + _SUM * a.shape[-1]))
+    return np.asarray(np.add.reduce(np.abs(a[..., 1:]), -1) * (1.0 + _SUM * a.shape[-1]))
 
 
 def ends(a: Value) -> tuple[Form, Form]:
@@ -126,12 +126,19 @@ def hulled(a: Form) -> Form:
 
 def padded(a: Form, magnitude: Any, relative: float = _SUM) -> Form:
     """Add what rounding may have done to a sum of some magnitude, in place."""
-    a[..., 1] = a[..., 1] * (1.0 + _SUM) + relative * magnitude + _TINY
+    error = a[..., 1]
+    error *= 1.0 + _SUM
+    error += relative * magnitude + _TINY
     return a
 
 
+def _single(centre: float, error: float, magnitude: float, relative: float = _SUM) -> Form:
+    """Return one interval as `padded` does; numbers take a tenth of the time of arrays of one number."""
+    return np.array([[centre, error * (1.0 + _SUM) + relative * magnitude + _TINY]])
+
+
 def _size(a: Form) -> Form:
-    return np.asarray(np.abs(a).sum(-1))
+    return np.asarray(np.add.reduce(np.abs(a), -1))
 
 
 def negative(a: Value) -> Value:
@@ -159,9 +166,16 @@ def plus(a: Value, b: Value) -> Value:
         out = a.copy()
         out[..., 0] += b
         return padded(out, _size(out))
-    if a.shape[-1] != b.shape[-1]:
-        a, b = aligned(a, b)
-    out = a + b
+    if a.shape == b.shape == (1, 2):
+        ((ca, ra),), ((cb, rb),) = a.tolist(), b.tolist()
+        return _single(ca + cb, ra + rb, abs(ca + cb) + ra + rb)
+    if a.shape[-1] < b.shape[-1]:
+        a, b = b, a
+    if a.ndim == b.ndim == 2 and a.shape[-1] > b.shape[-1] and len(a) >= len(b):  # without a wider copy
+        out = a.copy()
+        out[..., : b.shape[-1]] += b
+    else:
+        out = a + widened(b, a.shape[-1])
     return padded(out, _size(out))
 
 
@@ -186,6 +200,11 @@ def scaled(a: Value, factor: float) -> Value:
     """Return a times a number."""
     if isinstance(a, float):
         return _number_product(a, factor)
+    if factor == 1.0:
+        return a
+    if a.shape == (1, 2):
+        ((c, r),) = (a * factor).tolist()
+        return _single(c, abs(r), abs(c) + abs(r))
     out = a * factor
     out[..., 1] = np.abs(out[..., 1])
     return padded(out, _size(out))
@@ -206,18 +225,24 @@ def times(a: Value, b: Value) -> Value:
         return _times_interval(a, b) if b.shape[-1] == 2 else _times_interval(b, a)
     if a.shape[-1] != b.shape[-1]:
         a, b = aligned(a, b)
-    ca, cb = a[..., :1], b[..., :1]
+    ca, cb = a[..., 0], b[..., 0]
     ra, rb = radius(a), radius(b)
-    out = ca * b + cb * a
+    out = ca[..., None] * b
+    out += cb[..., None] * a
     both = a[..., 2:] * b[..., 2:]
-    size_a, size_b = np.abs(a[..., 0]), np.abs(b[..., 0])
-    out[..., 0] = a[..., 0] * b[..., 0] + 0.5 * both.sum(-1)
-    out[..., 1] = size_a * b[..., 1] + size_b * a[..., 1] + np.maximum(ra * rb - 0.5 * np.abs(both).sum(-1), 0.0)
+    size_a, size_b = np.abs(ca), np.abs(cb)
+    out[..., 0] = ca * cb + 0.5 * np.add.reduce(both, -1)
+    np.abs(both, out=both)
+    out[..., 1] = size_a * b[..., 1] + size_b * a[..., 1] + np.maximum(ra * rb - 0.5 * np.add.reduce(both, -1), 0.0)
     return padded(out, (size_a + ra) * (size_b + rb), _PRODUCT * (1 + a.shape[-1]))
 
 
 def _times_interval(a: Form, b: Form) -> Form:
     """Return the product of a form and an interval."""
+    if a.shape == b.shape == (1, 2):
+        ((ca, ra),), ((cb, rb),) = a.tolist(), b.tolist()
+        error = abs(ca) * rb + abs(cb) * ra + ra * rb
+        return _single(ca * cb, error, (abs(ca) + ra) * (abs(cb) + rb), _PRODUCT)
     c, r = b[..., :1], b[..., 1]
     out = np.asarray(a * c)
     size = _size(a)

@@ -136,17 +136,19 @@ class LoopProver:
         loop = self.loop
         if math.isfinite(end):
             loop = replace(loop, duration=Number(math.ceil(end / step - ALIGNED) * step))
-        equations = without_idle_samples(loop, conditions, params)
+        equations = without_idle_samples(loop, conditions, params, self._outputs)
+        if not isinstance(equations, str) and equations.samples - 1 < end / equations.step - ALIGNED < math.inf:
+            # The values that are given end with the run.
+            again = kept_samples(loop_equations(loop, conditions, params)) if equations.given else equations
+            equations = again if equations.given else replace(equations, samples=equations.samples + 1)
         if isinstance(equations, str):
             raise DomainError(equations)
-        if equations.samples - 1 < end / equations.step - ALIGNED < math.inf:
-            equations = replace(equations, samples=equations.samples + 1)
         equations = with_any_noise(on_chip(equations, self.chip.blocks if self.chip else {}), self.noise)
         columns = np.zeros((equations.samples, 0))
         if equations.given:
             from fuzzyctl.simulation.experiment import Experiment
 
-            columns = Experiment(loop, "python").given
+            columns = Experiment(loop, "python").given[:: round(equations.step / step)]
         return ReachableSets(equations, len(conditions), columns, self._outputs)
 
     def verdict(self, claim: Always | Stable) -> Verdict:
@@ -217,10 +219,10 @@ class LoopProver:
     @cached_property
     def _refuted(self) -> dict[int, Refuted]:
         """Claims that a drawn member breaks at a sample of its run, by position."""
-        drawn = members(self.loop, DRAWN)
         until = clock.used() + _RUNS * self.timeout
         order = [k for k, c in enumerate(self.own) if isinstance(c, Always)]
         refuted: dict[int, Refuted] = {}
+        drawn = members(self.loop, DRAWN) if order else []
         for member, run in zip(drawn, runs(self.loop, drawn), strict=True):
             judged = run.requirements[len(self.loop.requirements) :]
             for k, requirement in zip(order, judged, strict=True):
@@ -352,15 +354,17 @@ class LoopProver:
     ) -> None:
         """Note the boxes in which a claim is open over a step, or a state may leave its range."""
         count = len(broken[0])
-        left = [(text, np.broadcast_to(mask, count)) for text, mask in self._left(sets, step)]
         for k, claim in enumerate(claims):
             if step.time > claim.end + ALIGNED * sets.equations.step:
                 continue
-            checks = list(left)
-            if claim.speaks_of(step):
-                checks.append(("the enclosure is too wide", np.broadcast_to(~step.truths[k][0], count)))
+            # At the last time of the claim it is about this instant alone.
+            last = step.begin is not None and step.time >= claim.end - 1e-9 * step.length
+            place = step.begin() if step.begin is not None and last else step
+            checks = self._left(sets, place)
+            if claim.speaks_of(place):
+                checks.append(("the enclosure is too wide", ~place.truths[k][0]))
             for text, mask in checks:
-                for box in np.flatnonzero(mask):
+                for box in np.flatnonzero(np.broadcast_to(mask, count)):
                     if not broken[k][box][1]:
                         broken[k][box] = (step.time, text, self._cut(step, int(box)))
 
@@ -481,7 +485,7 @@ class LoopProver:
 
         def in_ball(rows: list[Form], motion: tuple[Form, Form] | None) -> bool:
             try:
-                ball = stability.contraction(sets, rows, free, motion)
+                ball = stability.contraction(sets, rows, free, motion, until)
                 if ball is None:
                     return False
                 states, during = ball.rows(params), [[(0.0, "", (-1, 0.0))]]
@@ -526,27 +530,29 @@ class LoopProver:
             return Undecided(text, "its controllers run at several rates, for which contraction is not computed")
         if not (sets.plant or sets.memory):
             return Undecided(text, "the loop has no state that could converge")
-        params = sum(not d.state for d in self.dimensions)
-        if params:
+        share = 1.0
+        if any(not d.state for d in self.dimensions):
             # Each member has one value of a param: parts of the range may have functions that the whole has not.
-            quick = self._cut_up(lambda low, high, _: self._stable_in(sets, low[None], high[None], None), _QUICK)
+            share -= _QUICK
+            quick = self._cut_up(lambda *box: self._stable_in(sets, *box, at_start=True), _QUICK)
             if isinstance(quick, Proved):
                 return quick
-        return self._cut_up(lambda low, high, until: self._stable_in(sets, low[None], high[None], until))
+        return self._cut_up(lambda *box: self._stable_in(sets, *box), share)
 
     def _stable_in(
-        self, sets: ReachableSets, low: Form, high: Form, until: float | None
+        self, sets: ReachableSets, low: Form, high: Form, until: float, *, at_start: bool = False
     ) -> tuple[Proved | Undecided, int]:
         """Return the verdict on convergence for a box of the family, and where to cut it.
 
         Args:
             sets: The loop.
             low, high: The ends of the box.
-            until: When to stop; None to look at the start only.
+            until: Processor seconds at which to stop.
+            at_start: Whether to look at the start only.
         """
         params = sum(not d.state for d in self.dimensions)
-        text, longest = "stable", widest(low[0, : params or None], high[0, : params or None])
-        plant, memory, free = self._begin(sets, low, high)
+        text, longest = "stable", widest(low[: params or None], high[: params or None])
+        plant, memory, free = self._begin(sets, low[None], high[None])
         balls: list[stability.Contraction] = []
         reasons: list[str] = []
         previous: list[list[Form]] = []
@@ -556,7 +562,7 @@ class LoopProver:
             previous[:] = [rows]
             if period in LOOKS:
                 try:
-                    ball = stability.contraction(sets, rows, free, motion)
+                    ball = stability.contraction(sets, rows, free, motion, until)
                 except (NoTubeError, DomainError, stability.LeavesRangeError) as error:
                     ball = None
                     reasons[:] = [str(error)]
@@ -570,7 +576,7 @@ class LoopProver:
         begin = with_symbols([np.broadcast_to(a, (boxes, a.shape[-1])) for a in (*plant, *memory)])
         if look(0, begin) is None:
             return self._converges(sets, free, balls[0], 0.0), -1
-        if until is None:
+        if at_start:
             return Undecided(text, "no set contracts at the start"), longest
         try:
             for step in sets.run(plant, memory, free, len(self.dimensions), look):

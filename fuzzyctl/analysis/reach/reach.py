@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -51,6 +52,8 @@ class Step:
     states: list[Form]
     memory: list[Form]
     outputs: dict[str, tuple[Form, Form]]
+    #: Returns the set at its begin; None if it has no length.
+    begin: Callable[[], Step] | None = None
 
 
 @dataclass
@@ -63,7 +66,7 @@ class Record:
     def add(self, step: Step) -> None:
         """Keep the outputs of a step."""
         if step.length:
-            self.steps.append(replace(step, truths=[], states=[], memory=[]))
+            self.steps.append(replace(step, truths=[], states=[], memory=[], begin=None))
 
     def tube(self, boxes: Sequence[int]) -> Tube:
         """Return the hull over some of the boxes."""
@@ -163,6 +166,10 @@ class ReachableSets:
             for name, row in zip(self.outputs, pairs, strict=True)
         }
 
+    def _instant(self, time: float, x: list[Form], m: list[Form], constants: Sequence[Value]) -> Step:
+        at = [time, *x, *constants]
+        return Step(time, 0.0, self._truths(at), x, m, self._shown(at))
+
     def run(
         self,
         x: list[Form],
@@ -198,8 +205,7 @@ class ReachableSets:
             other = [v for n, v in zip(self.columns, columns, strict=True) if n not in self.held]
             constants: list[Value] = [*outputs, *free, *other, *values]
             if k + 1 == equations.samples and periods is None:
-                at: list[Value] = [time, *x, *constants, *acting]
-                yield Step(time, 0.0, self._truths(at), x, m, self._shown(at))
+                yield self._instant(time, x, m, [*constants, *acting])
                 return
             part, count = 0, max(count // 2, 1) if k % _RETRY == 0 else count
             while part < count:
@@ -214,7 +220,8 @@ class ReachableSets:
                     continue
                 width = over[0].shape[-1] if over else 2
                 at = [_over(begin, length, width), *over, *constants, *acting]
-                yield Step(begin, length, self._truths(at), over, m, self._shown(at))
+                first = partial(self._instant, begin, x, m, [*constants, *acting])
+                yield Step(begin, length, self._truths(at), over, m, self._shown(at), first)
                 x, part = end, part + 1
             boxes = max(a.shape[0] for a in (*x, *m))
             m = [np.broadcast_to(u, (boxes, u.shape[-1])) for u in map(as_form, updates)]

@@ -364,16 +364,16 @@ class Series:
                 rest = minus(parts[0][k], _convolved(parts[1], table[at], range(1, k + 1), k))
                 return times(rest, self._inverses[at])
             case "sin":
-                slopes = [scaled(parts[0][j], float(j)) for j in range(k + 1)]
+                slopes = [0.0, *(scaled(parts[0][j], float(j)) for j in range(1, k + 1))]
                 cosine = negative(forms.divided(_convolved(slopes, table[at], range(1, k + 1), k), k))
                 sine = forms.divided(_convolved(slopes, table[node.detail], range(1, k + 1), k), k)
                 table[node.detail].append(cosine)
                 return sine
             case "exp":
-                slopes = [scaled(parts[0][j], float(j)) for j in range(k + 1)]
+                slopes = [0.0, *(scaled(parts[0][j], float(j)) for j in range(1, k + 1))]
                 return forms.divided(_convolved(slopes, table[at], range(1, k + 1), k), k)
             case "log":
-                slopes = [scaled(table[at][j], float(j)) for j in range(k)]
+                slopes = [0.0, *(scaled(table[at][j], float(j)) for j in range(1, k))]
                 rest = forms.divided(_convolved(slopes, parts[0], range(1, k), k), k)
                 return times(minus(parts[0][k], rest), self._inverses[at])
             case "sqrt" | "power":

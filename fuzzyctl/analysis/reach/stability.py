@@ -31,6 +31,7 @@ from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, end
 from fuzzyctl.analysis.reach.reach import ReachableSets
 from fuzzyctl.analysis.reach.series import Series, is_zero
 from fuzzyctl.analysis.reach.slopes import Slopes
+from fuzzyctl.analysis.work import clock
 
 #: Terms of the series of the derivatives of a step.
 _TERMS: Final = 8
@@ -87,7 +88,7 @@ class LeavesRangeError(Exception):
 
 
 def contraction(
-    sets: ReachableSets, rows: Sequence[Form], free: Sequence[Value], motion: tuple[Form, Form] | None
+    sets: ReachableSets, rows: Sequence[Form], free: Sequence[Value], motion: tuple[Form, Form] | None, until: float
 ) -> Contraction | None:
     """Return a ball that holds some states, and that a period of the loop contracts; None if none is proved.
 
@@ -96,6 +97,7 @@ def contraction(
         rows: The states of one box.
         free: Values of its free params.
         motion: How a set moves in a period, see `sets.modes`.
+        until: Processor seconds at which the time is over.
 
     Raises:
         DomainError, NoTubeError, LeavesRangeError: If no bound of the derivatives is known there.
@@ -107,7 +109,7 @@ def contraction(
     largest = np.abs(basis).max(0)
     basis = basis / np.where(largest > 0.0, largest, 1.0)
     fixed = [hulled(as_form(f)) for f in free]
-    loop = _Family(sets, fixed, bool(sets.plant) and not sets.memory and not sets.held)
+    loop = _Family(sets, fixed, bool(sets.plant) and not sets.memory and not sets.held, until)
     outcome: Contraction | Form = np.zeros((0, len(whole), len(whole), 2))
     refusal: DomainError | None = None
     try:
@@ -126,7 +128,7 @@ def contraction(
 def sectors(sets: ReachableSets, free: Sequence[Value], ball: Contraction) -> list[str]:
     """Return the sectors of tables of one input over a ball, in words, see `Slopes.sectors`."""
     reach = np.sqrt((ball.basis**2).sum(1)) * ball.radius
-    loop = _Family(sets, [hulled(as_form(f)) for f in free], ball.continuous)
+    loop = _Family(sets, [hulled(as_form(f)) for f in free], ball.continuous, math.inf)
     rows, about = loop.around(ball.centre, reach), loop.around(ball.centre, None)
     if ball.continuous:
         return Slopes(sets.flow.nodes, sets.plant).sectors(*([0.0, *v, *loop.free] for v in (rows, about)))
@@ -204,11 +206,13 @@ class _Family(NamedTuple):
         sets: The loop.
         free: The intervals.
         continuous: Whether it is one differential equation.
+        until: Processor seconds at which the time is over.
     """
 
     sets: ReachableSets
     free: Sequence[Form]
     continuous: bool
+    until: float
 
     def around(self, centre: Form, reach: Form | None) -> list[Value]:
         """Return intervals around a centre, or the numbers themselves."""
@@ -218,6 +222,8 @@ class _Family(NamedTuple):
 
     def vertices(self, box: Sequence[Value], about: Sequence[Value] | None) -> Form:
         """Return the vertices over a box, see `flow_slopes` and `period_slopes`."""
+        if clock.used() > self.until:
+            raise DomainError("the time is over")
         return (flow_slopes if self.continuous else period_slopes)(self.sets, box, self.free, about)
 
     def moved(self, centre: Form) -> tuple[Form, Form]:
@@ -355,7 +361,7 @@ def _tubes(sets: ReachableSets, plant: Sequence[Form], constants: Sequence[Value
     low: list[list[Form]] = []
     high: list[list[Form]] = []
     for part in range(parts):
-        tube = sets.flow.tube(part * length, length, states, constants)
+        tube, _ = sets.flow.tube(part * length, length, states, constants)
         end, _ = sets.flow.advance(part * length, length, states, constants)
         states = [hulled(e) for e in end]
         for ends_of, at in ((low, 0), (high, 1)):

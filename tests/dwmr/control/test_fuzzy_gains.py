@@ -52,6 +52,17 @@ class TestConstraint:
         found = diagnostics(lambda: prove(folder=folder))
         assert {d.message for d in found} == {f"the guarantee 'g_ais_{c} > 0' does not hold" for c in ("v", "omega")}
 
+    def test_needs_no_claim_in_any_file(self, tmp_path):
+        peak = ("0.09, 0.18, inf)", "0.09, 0.25, inf)"), ("[-1, f_max]", "[-1, 0.25]")
+        edited(tmp_path, "ais_reaction.fz", *peak, ("require k_h_min - k_s * f >= G_min", "require f <= 1"))
+        edited(tmp_path, "boundary_layer.fz")
+        edited(tmp_path, "sliding_surface.fz")
+        edited(tmp_path, "immune_channel.fz", ("require g_ais > 0\n", ""))
+        folder = edited(tmp_path, "aifqsmc.fz", ("require g_ais_v > 0\n", ""), ("require g_ais_omega > 0\n", ""))
+        found = diagnostics(lambda: prove(folder=folder))
+        assert [d.message.partition("'")[2].partition(" ")[0] for d in found] == ["g_ais_v", "g_ais_omega"]
+        assert found[0].span.source.line_text(found[0].span.line).startswith("output g_ais_v")
+
     ANY = read(PAPER)
 
     @settings(max_examples=examples(30))
@@ -85,6 +96,17 @@ class TestBoundaryLayer:
         edits = ("VS = triangle(1e-6, 0.0050", "VS = triangle(-1e-6, 0"), ("[0.005, 0.05]", "[0, 0.05]")
         folder = edited(tmp_path, "boundary_layer.fz", *edits, ("require beta >= 0.005", "require beta >= 0"))
         assert diagnostics(lambda: prove(folder=folder))
+
+    def test_is_refused_when_it_is_negative_without_any_claim(self, tmp_path):
+        peaks = [("triangle(1e-6, 0.0050", "triangle(-1, -0.01"), ("[0.005, 0.05]", "[-0.01, 0.05]")]
+        peaks += [("|  VB  B  M  S  VS", "|  VS  VS  VS  VS  VS")]
+        none = [("require beta >= 0.005 within 1e-12\n", ""), ("require decreasing(beta, abs_sigma)\n", "")]
+        edited(tmp_path, "boundary_layer.fz", *peaks, *none)
+        for name in ("ais_reaction.fz", "immune_channel.fz", "sliding_surface.fz"):
+            edited(tmp_path, name)
+        folder = edited(tmp_path, "aifqsmc.fz", ("require g_ais_v > 0\n", ""), ("require g_ais_omega > 0\n", ""))
+        found = diagnostics(lambda: prove(folder=folder))
+        assert [d.message for d in found] == [f"the guarantee 'beta_{c} > 0' does not hold" for c in ("v", "omega")]
 
 
 class TestGuarantees:

@@ -8,7 +8,7 @@ import pytest
 from dwmr.control.formation import behind_sideways, follower_error, follower_position, with_leaders_orientation
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT, State
-from dwmr.plant.vehicles import ACKERMANN, OMNIDIRECTIONAL, VEHICLE, Vehicles, advance_vehicle, steering_angle
+from dwmr.plant.vehicles import ASKED, OWN, STEERING, V_Y, steering_angle, vehicle
 from tests.dwmr.scenarios import shared
 
 DT, SUBSTEPS = 0.005, 4
@@ -20,28 +20,29 @@ class Driven:
     def __init__(self, kind, **parameters):
         robots = np.zeros(1, dtype=ROBOT)
         given = {"mass": 120.0, "inertia": 13.8, "d": 0.1, "half_track": 0.3, "wheel_radius": 0.13, "lag": 0.001}
+        given |= {"wheelbase": 0.5, "steering_limit": 0.6, "steering_rate": 1.0}
         given |= {"stick_v": 0.01, "stick_omega": 0.01} | parameters
         for name, value in given.items():
             robots[name] = value
-        own = np.array([(kind, 0.5, 0.6, 1.0)], dtype=VEHICLE)
         self.robot = robots.view(np.recarray)[0]
         self.acting = np.zeros(0, dtype=DISTURBANCE).view(np.recarray)
-        self.vehicles = Vehicles(own.view(np.recarray), 0, np.zeros(1), np.zeros((1, 3)), np.zeros((1, 1, 2)))
-        self.state = State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self.functions, self.own, self.plant = vehicle(kind), np.zeros(OWN), np.zeros(7)
+
+    @property
+    def state(self):
+        return State(*self.plant)
 
     def drive(self, right, left, asked, seconds):
-        torques, load = np.array([right, left]), Load(0.0, 0.0, 1.0, 1.0)
-        self.vehicles.asked[0] = asked
+        torques, load = np.array([right, left], dtype=float), Load(0.0, 0.0, 1.0, 1.0)
+        self.own[ASKED] = asked
         for k in range(round(seconds / DT)):
-            self.state = advance_vehicle(
-                0, k * DT, self.state, torques, self.robot, self.acting, load, DT, SUBSTEPS, self.vehicles
-            )
+            self.functions.advance(k * DT, self.plant, torques, self.robot, self.acting, load, DT, SUBSTEPS, self.own)
         return self.state
 
 
 class TestCar:
     def test_keeps_its_rear_axle_on_the_circle_of_its_steering_angle(self):
-        car = Driven(ACKERMANN)
+        car = Driven("ackermann")
         car.drive(0, 0, 0.4, 1)
         start = car.drive(5, 5, 0.4, 2)
         radius = 0.5 / math.tan(0.4)
@@ -54,7 +55,7 @@ class TestCar:
         assert start.omega == pytest.approx(start.v / radius)
 
     def test_has_the_energy_that_its_drives_gave_it(self):
-        car = Driven(ACKERMANN)
+        car = Driven("ackermann")
         car.drive(0, 0, 0.4, 1)
         s = car.drive(5, 5, 0.4, 2)
         way = s.theta * 0.5 / math.tan(0.4)
@@ -62,7 +63,7 @@ class TestCar:
         assert energy == pytest.approx(10 / 0.13 * way, rel=2e-3)  # less what the lag keeps back at the begin
 
     def test_keeps_its_energy_as_it_steers_without_drive(self):
-        car = Driven(ACKERMANN)
+        car = Driven("ackermann")
         before = car.drive(5, 5, 0.0, 2)
         after = car.drive(0, 0, 0.6, 1)
         drifting = 0.5 * 120 * before.v**2
@@ -70,11 +71,11 @@ class TestCar:
         assert after.v < before.v
 
     def test_steers_no_faster_than_its_rate(self):
-        car = Driven(ACKERMANN)
+        car = Driven("ackermann")
         car.drive(0, 0, 0.6, 0.25)
-        assert car.vehicles.state[0, 0] == pytest.approx(0.25)
+        assert car.own[STEERING] == pytest.approx(0.25)
         car.drive(0, 0, 0.6, 1)
-        assert car.vehicles.state[0, 0] == 0.6
+        assert car.own[STEERING] == 0.6
 
     @pytest.mark.parametrize(
         ("v", "omega", "angle"),
@@ -86,10 +87,10 @@ class TestCar:
 
 class TestOmnidirectionalRobot:
     def test_keeps_momentum_and_spin_when_nothing_acts(self):
-        robot = Driven(OMNIDIRECTIONAL, com_offset=-0.08)
+        robot = Driven("omnidirectional", com_offset=-0.08)
 
         def momenta():
-            s, u, c = robot.state, robot.vehicles.state[0, 0], -0.08
+            s, u, c = robot.state, robot.own[V_Y], -0.08
             v_x, v_y = s.v, u + c * s.omega
             turned = np.array([[math.cos(s.theta), -math.sin(s.theta)], [math.sin(s.theta), math.cos(s.theta)]])
             spin = 13.8 - 120 * c**2
@@ -104,7 +105,7 @@ class TestOmnidirectionalRobot:
         assert momenta()[1] == pytest.approx(spin)
 
     def test_goes_to_its_left_without_turning(self):
-        robot = Driven(OMNIDIRECTIONAL)
+        robot = Driven("omnidirectional")
         s = robot.drive(0, 0, 2, 1)
         assert (s.x, s.theta, s.v, s.omega) == (0, 0, 0, 0)
         assert s.y == pytest.approx(0.5 * 2 / 0.13 / 120, rel=5e-3)

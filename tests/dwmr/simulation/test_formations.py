@@ -56,6 +56,15 @@ class TestConsensus:
         assert far["follower1"] == pytest.approx(rms["follower1"] / (0.7 * rms["leader"] + 0.3 * rms["follower2"]))
         assert set(far) == {"follower1", "follower2"}
 
+    def test_of_orientations_on_both_sides_of_half_a_turn_is_half_a_turn(self):
+        places = (f'{{leader="{name}",separation=2,bearing=2}}' for name in ("leader", "follower2"))
+        starts = [f"robots.{name}.theta_0={value}" for name, value in (("leader", -3.1), ("follower2", 3.1))]
+        trajectory = run(
+            "omnidirectional", "", "run.horizon=0.1", "robots.follower1.theta_0=0", *starts,
+            f'robots.follower1.formation={{kind="consensus",neighbours=[{",".join(places)}]}}',
+        )  # fmt: skip
+        assert abs(trajectory["omega_c"][0, 1]) > 0.7
+
 
 class TestVirtualStructure:
     STRUCTURE = tuple(

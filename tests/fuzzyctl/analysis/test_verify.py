@@ -741,6 +741,9 @@ def test_a_certificate_is_compared_with_its_file(tmp_path):
     other.write_text(json.dumps(data), encoding="utf-8")
     assert verifies(other).exit_code == 0
     assert "about another loop" in verifies(other, "--source", file).stderr
+    text = file.read_text(encoding="utf-8")
+    assert verifies(target, "--source", "-", stdin=text).exit_code == 0
+    assert "about another loop" in verifies(other, "--source", "-", stdin=text).stderr
     before = file.read_bytes()
     assert prove(file, "--certificate", file).exit_code == 2
     assert file.read_bytes() == before

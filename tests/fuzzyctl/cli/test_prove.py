@@ -9,6 +9,7 @@ from unittest.mock import Mock
 import pytest
 
 import fuzzyctl
+from fuzzyctl.testing import run_command
 from tests.commands import runner
 from tests.shipped import LAWS, SYSTEMS
 
@@ -228,3 +229,13 @@ def test_a_param_that_a_loop_does_not_take_is_named(write):
     assert "note: --set k=5 sets nothing in loop 'l', but in another block" in done.stderr
     done = run(path, "--set", "law.i.k=5")
     assert (done.exit_code, done.stderr) == (1, "")
+
+
+def test_noise_without_a_bound_is_a_mistake_of_usage_and_an_empty_family_one_of_the_loop(tmp_path):
+    text = "plant p\nstate x = 1\nder x = -x\noutput y = x\nloop l\nparam m = 3\nblock p = p()\nfor p.x in [0, m]\n"
+    path = tmp_path / "l.fz"
+    path.write_text(text + "run 1 s step 100 ms\nrequire always p.y <= 5\n", encoding="utf-8")
+    result = run_command("prove", path, "--noise", "inf")
+    assert (result.exit_code, "'--noise': inf is not in the range" in result.errors) == (2, True)
+    result = run_command("prove", path, "--set", "m=-1")
+    assert (result.exit_code, "error[FZ304]: the range of 'p.x' is empty" in result.errors) == (1, True)

@@ -106,7 +106,7 @@ def solver(steps: int) -> Any:
         "ipopt.sb": "yes",
         "ipopt.max_iter": 300,
     }
-    return ca.nlpsol("plan", "ipopt", problem, options | {"ipopt.max_iter": 300})
+    return ca.nlpsol("plan", "ipopt", problem, options)
 
 
 def init(settings: Settings, rules: Rules, robot: str) -> Law:

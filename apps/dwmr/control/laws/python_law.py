@@ -43,13 +43,11 @@ def load(name: str, path: Path) -> ModuleType:
 
 def _taken_names(name: str, path: Path, signals: list[str]) -> Iterator[Diagnostic]:
     """Yield a diagnostic for each signal that has the name of another column of the data."""
-    from dwmr.control.law_text import COLUMNS
+    from dwmr.control.law_text import COLUMNS, taken_name
 
     for k, signal in enumerate(signals):
         if signal in COLUMNS:
-            message = f"signal '{signal}' of the control law {name} has the name of another column of the data"
-            facts = (f"names of these are {', '.join(COLUMNS)}",)
-            yield Diagnostic("FZ905", message, facts=facts, help=f"rename it, as to {signal}_law", file=_shown(path))
+            yield taken_name(f"signal '{signal}' of the control law {name}", signal, file=_shown(path))
         elif signal in signals[:k]:
             message = f"the control law {name} has two signals '{signal}'"
             yield Diagnostic("FZ905", message, help="rename one of them", file=_shown(path))

@@ -107,9 +107,9 @@ class TextLaw:
         """
         files, gains = self._rules.files, settings.model_dump(exclude_none=True)
         params, path = tuple(p.name for p in self.assembled.controller.params), self.text.path
-        unknown = [files.unknown_gain(path, self.name, robot, name, params) for name in gains if name not in params]
+        unknown = [files.key_of_gain(robot, self.name, name) for name in gains if name not in params]
         if unknown:
-            raise DiagnosticError(unknown)
+            raise DiagnosticError([files.unknown_param(key, path, params) for key in unknown])
         values, wrong = self.assembled.values(gains)
         if wrong:
             mistakes = [files.wrong_gain(self.name, robot, n, why) for n, why in wrong.items() if n in gains]

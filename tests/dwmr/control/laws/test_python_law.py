@@ -89,7 +89,48 @@ class TestPythonLaw:
         )
         mistake = found.stop.mistake
         assert mistake.span.text == "[1.0][int(robot.d == 0.4 and state[0] == 2.0)]"
-        assert any(fact.startswith("there, of robot follower1: x_e = ") for fact in mistake.facts)
+        assert mistake.facts[1] == "there, of robot follower1: the plan after t = 1 s"
+
+    def test_a_plan_that_raises_an_error_is_made_once(self, tmp_path):
+        text = "CALLS.append(state); return [0][len(CALLS) == 5]"
+        found = run(self.planned(tmp_path, f"{text}\n\nCALLS = []"))
+        assert (found.stop.t, found.stop.robot) == (0.5, "follower1")
+        assert found.t[-1] == pytest.approx(0.495)
+
+    def test_what_is_computed_before_ctrl_c_in_a_plan_is_kept(self, tmp_path):
+        text = "state[0] += 1.0; state[0] == 4.0 and signal.raise_signal(signal.SIGINT); return 0\n\nimport signal"
+        found = run(self.planned(tmp_path, text))
+        assert found.stop.reason == "interrupted"
+        assert 0.5 < found.t[-1] <= 1.5
+
+    @pytest.mark.parametrize("result", ["None", "'bad'", "state", "0.0", "float('nan')"])
+    def test_a_plan_that_returns_no_fault_is_a_mistake(self, tmp_path, result):
+        (one,) = diagnostics(run, self.planned(tmp_path, f"return {result}"))
+        assert one.facts[0].startswith("TypeError: a plan returns ")
+        assert one.facts[1] == "there, of robot leader: the plan after t = 0 s"
+
+    def test_a_fault_without_a_name_is_shown_by_its_number(self, tmp_path):
+        assert run(self.planned(tmp_path, "return 9")).stop.reason == "fault 9, which the law's FAULTS do not name"
+        text = LAW.replace("error.theta_e_star, 0", "error.theta_e_star, 8")
+        assert run(self.beside(tmp_path, text)).stop.reason == "fault 8, which the law's FAULTS do not name"
+
+    @pytest.mark.parametrize(
+        ("result", "words"),
+        [
+            ("1, np.zeros(1), ()", "'gains' of Law must be an array of shape (n,), got 1"),
+            ("np.zeros(1), np.zeros((1, 1)), ()", "'state' of Law must be an array of shape (n,), got array([[0.]])"),
+            ("np.zeros(1), np.zeros(1), 3", "'kernels' of Law must be a tuple, got 3"),
+            ("np.zeros(1), np.zeros(1), (), (), 7", "'plan' of Law must be a function or None, got 7"),
+            ("np.zeros(1), np.zeros(1), (), (), None, 0", "'every' of Law must be a whole number from 1 on, got 0"),
+            ("np.zeros(1), np.zeros(1), (), (), None, 2.5", "'every' of Law must be a whole number from 1 on, got 2.5"),
+            ("np.zeros(1), np.zeros(len(robot)), ()", "Law must have as many states for each robot"),
+            ("np.zeros(len(robot)), np.zeros(1), ()", "Law must have as many gains for each robot"),
+        ],
+    )
+    def test_whose_law_has_parts_of_wrong_types_is_refused(self, tmp_path, result, words):
+        text = LAW.replace("np.array([settings.k]), np.zeros(1), ()", result)
+        (one,) = diagnostics(run, self.beside(tmp_path, text))
+        assert one.facts[0] == f"TypeError: {words}"
 
     def test_is_read_again_when_its_file_has_changed(self, tmp_path):
         before = run(self.beside(tmp_path))

@@ -17,15 +17,15 @@ MUTANTS = {
         "flow", "scaled(hulled(rest), step ** len(coefficients)) if", "0.0 if", "flow"),
     "the remainder is that of the begin": (
         "flow",
-        "whole = Series(self.nodes, [_clock(time, step), *tube,",
-        "whole = Series(self.nodes, [_clock(time, step), *map(hulled, x),",
+        "series = Series(self.nodes, [clock, *tube, *fixed])",
+        "series = Series(self.nodes, [clock, *start, *fixed])",
         "flow"),
     "a tube is not checked": (
-        "flow", "if attempt and all(", "if attempt or all(", "flow"),
+        "flow", "if all(_holds(a, b)", "if attempt or all(_holds(a, b)", "flow"),
     "a tube is that of a shorter step": (
-        "flow", "np.minimum(step * slow, 0.0)", "np.minimum(0.5 * step * slow, 0.0)", "flow"),
+        "flow", "low + np.minimum(change[0], 0.0)", "low + np.minimum(0.5 * change[0], 0.0)", "flow"),
     "time does not pass within a step": (
-        "flow", "[1.0 if k == 0 else 0.0,", "[0.0,", "flow"),
+        "flow", "[1.0 if k == 1 else 0.0,", "[0.0,", "flow"),
     "a step has one time": (
         "flow",
         "interval(np.array([time]), np.array([time + step]))",
@@ -44,11 +44,11 @@ MUTANTS = {
     "a maximum has no gap": (
         "forms", "-share * low) * (1.0 + _SUM), 0.0)", "-share * low) * 0.0, 0.0)", "forms"),
     "a product is linear": (
-        "forms", "np.maximum(ra * rb - 0.5 * np.abs(both).sum(-1), 0.0)", "0.0 * ra", "forms"),
+        "forms", "np.maximum(ra * rb - 0.5 * np.add.reduce(both, -1), 0.0)", "0.0 * ra", "forms"),
     "squares lie in the middle": (
         "forms",
-        "np.maximum(ra * rb - 0.5 * np.abs(both).sum(-1), 0.0)",
-        "np.maximum(ra * rb - np.abs(both).sum(-1), 0.0)",
+        "np.maximum(ra * rb - 0.5 * np.add.reduce(both, -1), 0.0)",
+        "np.maximum(ra * rb - np.add.reduce(both, -1), 0.0)",
         "forms"),
     "sums do not round": (
         "forms", "_SUM: Final = 8 * 2.0**-53", "_SUM: Final = 0.0", "forms"),
@@ -110,7 +110,7 @@ MUTANTS = {
     "memory stays": (
         "reach", "for u in map(as_form, updates)]", "for u in m]", "reach"),
     "the last step of a claim is missed": (
-        "prover", "Number(math.ceil(end / step - ALIGNED)", "Number(math.floor(end / step)", "prover"),
+        "prover", "replace(equations, samples=equations.samples + 1)", "equations", "prover"),
     "a claim is not examined in a ball": (
         "prover", "return not during[0][0][1]", "return True", "prover"),
     "states may leave their ranges": (

@@ -5,6 +5,7 @@ import pytest
 
 from fuzzyctl import Experiment, Proved, Refuted, loads
 from fuzzyctl.analysis.reach import prover
+from fuzzyctl.analysis.work import clock
 from fuzzyctl.simulation.loop_params import with_settings
 from fuzzyctl.simulation.members import Tube, hull, intersection, members
 from tests.fuzzyctl.analysis.reach.loops import FUZZY, LOOPS, RATES, TANK, loop_of
@@ -359,3 +360,71 @@ def test_a_side_without_length_is_not_cut_and_the_start_has_no_error(monkeypatch
     looking = prover.LoopProver(alone("der x = -x", *lines), 20.0)
     looking.__dict__["_refuted"] = {}
     assert looking.verdict(looking.own[0]).remaining == 1
+
+
+def test_a_claim_is_not_about_the_step_after_its_end():
+    """x = 1 + t, whatever other claims speak of; the controller jumps at 0.3 s, and its new output counts."""
+    lines = "der x = 1", "run 1 s step 100 ms", "require always p.y <= 3"
+    claims = [f"require always p.y <= {limit} until 0.3 s" for limit in (1.3001, 1.2999)]
+    assert proofs(alone(*lines, *claims, "require always p.y <= 1.3001 from 0.3 s until 0.3 s")) == [
+        True, True, False, True]  # fmt: skip
+    text = "controller c\nstate n = 0\nnext n = n + 1\noutput v = where(n >= 3, 1, 0)\nevery 100 ms\nloop l\n"
+    text += "block c = c()\nrun 1 s\nrequire always c.v <= 1\n"
+    assert proofs(loop_of(text, *(f"require always c.v <= 0 until {t} s" for t in (0.3, 0.299)))) == [True, False, True]
+    # A state may leave its range afterwards.
+    text = ALONE.replace("state x = 1", "state x in [0, 1.35] = 1")
+    text = text.format(plant="der x = 1\n", lines="run 0.9 s step 100 ms\n")
+    claims = ["require always p.y <= 1.301 until 0.3 s", "require always p.y <= 1.41 until 0.4 s"]
+    assert proofs(loads(text + "".join(f"{c}\n" for c in claims), block="l")) == [True, False]
+
+
+def test_the_time_of_stable_is_a_limit():
+    """A ring of twelve states and five params: one attempt to find a ball takes seconds."""
+    rates = "".join(f"der x{k} = a{k % 5} * (sin(x{(k + 1) % 12}) - 1.2 * x{k}) - x{k}^3\n" for k in range(12))
+    text = (
+        "plant p\n" + "".join(f"param a{k} = 1\n" for k in range(5)) + "".join(f"state x{k} = 0.5\n" for k in range(12))
+    )
+    family = "".join(f"for p.a{k} in [0.8, 1.2]\n" for k in range(5))
+    family += "".join(f"for p.x{k} in [0.2, 0.8]\n" for k in range(7))
+    text += rates + "output y = x0\nloop l\nblock p = p()\n" + family + "run 10 s step 50 ms\n"
+    loop = loop_of(text, "require stable")
+    begin = clock.used()
+    prover.LoopProver(loop, 2.0).verdict(loop.guarantees[0])
+    assert clock.used() - begin < 20.0
+
+
+#: Noise at samples of the record that the controller of a longer period does not read.
+NOISY = """
+controller law
+input y
+output u = -2 * previous(y)
+every 100 ms
+plant p
+input u
+state x = 1
+der x = u
+output y = x
+loop l
+block law = law(p.y + noise(sigma=0.1, seed=3))
+block p = p(law.u)
+for p.x in [0.9, 1]
+run 1 s step 20 ms
+"""
+
+
+def test_noise_has_the_values_of_the_samples_of_the_controller():
+    loop = loop_of(NOISY)
+    runs = [Experiment(with_settings(loop, m), "python").run(substeps=4) for m in members(loop, 16)]
+    largest = [max(float(np.max(run[name])) for run in runs) for name in ("p.x", "law.u")]
+    claims = [
+        f"require always {n} <= {v + d!r}"
+        for n, v in zip(("p.x", "law.u"), largest, strict=True)
+        for d in (-1e-6, 0.01)
+    ]
+    assert proofs(loop_of(NOISY, *claims)) == [False, True] * 2
+    assert prover.LoopProver(loop, 10.0).sets([], 1.0).equations.step == 0.1
+    # A claim reads the noise between them.
+    seen = loop_of(
+        NOISY.replace("block p", "let seen = p.y + noise(sigma=0.1, seed=4)\nblock p"), "require always seen <= 2"
+    )
+    assert prover.LoopProver(seen, 10.0).sets(seen.guarantees, 1.0).equations.step == 0.02
