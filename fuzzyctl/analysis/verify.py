@@ -160,7 +160,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             box = [[c, 0, *[0] * (self.params + i), e] for i, (c, e) in enumerate(zip(centre, reach))]
             runs.append(self.pass_by(k, box, hint["periods"][r == radius], fixed, due if len(runs) == 2 else []))
         drift = away(runs[0][0])
-        need(runs[0][2] and runs[2][2] and drift + (rate * near >> BITS) + 1 <= near, "the centre moves too far")
+        need(all(run[2] for run in runs) and drift + (rate * near >> BITS) + 1 <= near, "the centre moves too far")
         # Distances between points of the near ball and of the ball shrink by the rate, for the same errors: both are
         # mapped into themselves. Without errors the near one has a fixed point (Banach), to which the ball converges.
         names, whole = [*keyed(state=self.rates, held=self.values, memory=self.next)], unit(size + read)

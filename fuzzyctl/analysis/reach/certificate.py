@@ -121,8 +121,12 @@ class Search:
             k = len(self.steps)
             if sets is not None and k in LOOKS and k >= begin:
                 try:
-                    if (ball := self.contraction(sets)) is not None:
-                        return {"steps": self.steps, "ball": self.ball(ball)}
+                    if (ball := self.contraction(sets, until)) is not None:
+                        hint = self.ball(ball)  # which takes the place of an anchor
+                        return {
+                            "steps": [{k: v for k, v in s.items() if k != "anchor"} for s in self.steps],
+                            "ball": hint,
+                        }
                 except (NoTubeError, DomainError, stability.LeavesRangeError, AssertionError) as error:
                     reason = f": {error}"
             place = k + 1 in ANCHORS and k + 1 >= begin and not converges
@@ -138,13 +142,13 @@ class Search:
                 what = "is shown to contract" if converges else "lies in an earlier one"
                 raise NoCertificateError(f"no set of the first {k + 1} periods {what}{reason}")
 
-    def contraction(self, sets: ReachableSets) -> stability.Contraction | None:
-        """Return a ball around the set that may contract."""
+    def contraction(self, sets: ReachableSets, until: float) -> stability.Contraction | None:
+        """Return a ball around the set that may contract, None after some processor seconds."""
         free = [_floats([self.fixed["param", i]]) for i in range(self.loop.params)]
         rows = [a[None] for a in _floats(self.rows)]
         width = min(map(len, [*self.before, *self.rows]))
         before, after = ([a[None, :width] for a in _floats(r)] for r in (self.before or self.rows, self.rows))
-        return stability.contraction(sets, rows, free, modes(before, after) if self.before else None)
+        return stability.contraction(sets, rows, free, modes(before, after) if self.before else None, until)
 
     def ball(self, proposed: stability.Contraction) -> dict[str, Any]:
         """Return the hint of a ball.
