@@ -630,3 +630,26 @@ def test_a_ball_of_another_loop_is_refused(certificates, name):
     assert refused(data) is not None
     part["proofs"][0]["ball"]["form"][3][2] = 1 - 2**-40
     assert refused(data) is not None
+
+
+@pytest.mark.parametrize("line", ["require stable", "require always law.y <= 0.5 forever"])
+def test_a_claim_for_all_time_has_a_part_of_its_own(tmp_path, line):
+    """A part about claims that end does not speak of another claim that it names."""
+    file, target = tmp_path / "l.fz", tmp_path / "c.json"
+    turns = KEEPS.replace("next s = a * s + 0.1 * r + 0.2", "next s = -s").replace("[-1, 1]", "[0.2, 0.3]")
+    file.write_text(turns.replace("require stable", f"require always abs(law.y) <= 9\nrequire always law.y <= 1\n{line}"))
+    prove(file, "--certificate", target)
+    data = json.loads(target.read_text())
+    verifies = runner("verify")
+    assert verifies(target, "--source", file).exit_code == 0
+    part = data["parts"][0]
+    data["parts"] = [part]
+    part["lines"].append(line)
+    if "forever" in line:  # for as long as the others
+        part["claims"].append([line.removeprefix("require "), part["claims"][1][1], 0, part["claims"][1][3]])
+        part["proofs"][0]["claims"].append(2)
+    target.write_text(json.dumps(data))
+    assert verifies(target).exit_code == 0
+    done = verifies(target, "--source", file)
+    assert done.exit_code == 1
+    assert "is about another loop" in done.output
