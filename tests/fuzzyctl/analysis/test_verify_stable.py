@@ -637,7 +637,8 @@ def test_a_claim_for_all_time_has_a_part_of_its_own(tmp_path, line):
     """A part about claims that end does not speak of another claim that it names."""
     file, target = tmp_path / "l.fz", tmp_path / "c.json"
     turns = KEEPS.replace("next s = a * s + 0.1 * r + 0.2", "next s = -s").replace("[-1, 1]", "[0.2, 0.3]")
-    file.write_text(turns.replace("require stable", f"require always abs(law.y) <= 9\nrequire always law.y <= 1\n{line}"))
+    claims = f"require always abs(law.y) <= 9\nrequire always law.y <= 1\n{line}"
+    file.write_text(turns.replace("require stable", claims))
     prove(file, "--certificate", target)
     data = json.loads(target.read_text())
     verifies = runner("verify")
