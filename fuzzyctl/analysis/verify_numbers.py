@@ -58,6 +58,7 @@ def looked_up(knots: Any, values: Any, point: Any) -> int:  # linear in each inp
     return int(first + (last - first) * (x - k[i]) // (k[i + 1] - k[i]))
 def tabulated(table: Any, inputs: Any, hint: Any) -> Any:  # a plane plus an error
     (knots, values), (slopes, shears), (low, high), rest = table, hint, ends(inputs[0]), []
+    plane = total(times([0, *y[1:]], [s, 0]) for s, y in zip(slopes, inputs, strict=True))
     cuts = [low, *sorted({low + (high - low) * i // SLABS for i in range(SLABS)} | {*knots[0]}), high]
     bounds: Any = [[(s, *ends(minus(y, times(inputs[0], [s, 0])))) for s in (0, *shears)] for y in inputs[1:]]
     for a, b in pairwise(x for x in cuts if low <= x <= high):  # in each slab of the first input x, another input y
@@ -66,10 +67,10 @@ def tabulated(table: Any, inputs: Any, hint: Any) -> Any:  # a plane plus an err
             least = max(y + (min(s * a, s * b) >> BITS) for s, y, _ in bound)
             most = min(y + (max(s * a, s * b) >> BITS) + 1 for s, _, y in bound)
             axes.append([least, most, *(y for y in k if least < y < most)] if least <= most else [])
-        need(True, "", 20 * sum(len(k) << i for i, k in enumerate(knots)) * (1 + math.prod(map(len, axes))))
+        work = 20 * sum(len(k) << i for i, k in enumerate(knots)) * (1 + math.prod(map(len, axes)))
+        need(True, "", work + 40 * len(shears) * len(knots))
         for p in product(*axes):  # between knots the table less the plane is linear in each input: extreme at corners
             rest.append(looked_up(knots, values, p) - sum(s * (x - y[0]) >> BITS for s, x, y in zip(slopes, p, inputs)))
-    plane = total(times([0, *y[1:]], [s, 0]) for s, y in zip(slopes, inputs, strict=True))
     return add(plane, between(min(rest) - 3 * len(knots), max(rest) + 3 * len(knots)))
 def columns_of(rows: Any, p: int) -> Any:  # by symbol, those of p params first, then one for each error
     wide = [*zip_longest(*([*a[2:], *[0] * (p + 2 - len(a))] for a in rows), fillvalue=0)]

@@ -330,7 +330,9 @@ def is_of(part: dict[str, Any], loop: LoopBlock) -> bool:
         if isinstance(claim, Always | Stable) and (text := f"require {guarantee_text(claim)}") in lines:
             lines.remove(text)
             claims.append(claim)
-    problem = _problem(prover, claims)[0] if claims and not lines else {"claims": None}
+    apart = any(isinstance(c, Stable) or c.forever for c in claims)  # these have a part each
+    known = not lines and (len(claims) == 1 if apart else claims)
+    problem = _problem(prover, claims)[0] if known else {"claims": None}
     return bool(json.loads(json.dumps(problem)) == {key: part[key] for key in problem})
 
 

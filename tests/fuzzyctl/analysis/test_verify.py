@@ -872,6 +872,11 @@ MANY = {
                   *(["+", 4 + i, 3] for i in range(n))],
         "next": [4], "held": [n + 4], "start": [[0, 0], [0, 0]], "names": ["a", "b"],
         "claims": [["c", [[[1, 0]]], 0, 1]], "proofs": [{"claims": [0], "steps": still(n)}]},
+    "lines of a table": lambda n: {
+        "nodes": [["state", 0], ["const", 1.0], ["table", 0, 0, 0]], "held": [2],
+        "tables": [{"knots": [[*range(n)], [0.0, 1.0]], "values": [[0.0] * 2] * n}], "start": [[0, n]],
+        "claims": [["c", [[[1, 0]]], 0, 0]],
+        "proofs": [{"claims": [0], "steps": [{"parts": [], "tables": {"2": [[0, 0], [0] * n]}}]}]},
     "knots": lambda n: {
         "nodes": [["state", 0], ["const", 1.0], ["table", 0, 0, 0]], "held": [2],
         "tables": [{"knots": [[0.0, 1.0], [*range(n)]], "values": [[0.0] * n] * 2}],
@@ -966,3 +971,16 @@ def test_a_certificate_for_all_time_is_verified():
     anchored = next(s for s in data["parts"][0]["proofs"][0]["steps"] if "anchor" in s)
     anchored["set"][0] = [[0.9 * x for x in row] for row in anchored["set"][0]]
     assert refused(data) is not None
+
+
+def test_a_list_is_no_number():
+    """It would be repeated as often as a product says."""
+    table = {"nodes": [["state", 0], ["const", 1.0], ["table", 0, 0]], "held": [2], "start": [[0, 2.0**-60]],
+             "tables": [{"knots": [[0.0, 1.0]], "values": [0.0, 0.0]}], "claims": [["c", [[[1, 0]]], 0, 0]],
+             "proofs": [{"claims": [0], "steps": [{"parts": [], "tables": {"2": [[[0]], []]}}]}]}  # fmt: skip
+    part = simple(verify, [1], start=[[0, 0]], steps=[]) | table
+    assert "TypeError" in str(refused({"format": "fuzzyctl certificate 2", "parts": [part]}))
+    steps = [{"tables": {}, "parts": [{"tube": [[-1, 1]], "order": 2, "apart": [[0]]}]}, {"tables": {}, "parts": []}]
+    part = simple(verify, [1], start=[[0, 0]], steps=steps, nodes=[["disturbance", 0]], noise=[[-0.1, 0.1]],
+                  claims=[["x", [[[0, 0]]], 0, 1]])  # fmt: skip
+    assert "TypeError" in str(refused({"format": "fuzzyctl certificate 2", "parts": [part]}))

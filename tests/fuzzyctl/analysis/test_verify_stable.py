@@ -313,6 +313,14 @@ def balls_hold_their_runs(v):
         part = memory(v, start=(-1, 5))
         part["proofs"][0]["ball"]["form"][1] = inverse
         assert not shows(v, part)
+    for node in (["+", 2, 3, 0], ["*", 2, 3, 0]):  # neither a sum of three, nor of the first two
+        part = memory(v)
+        part["nodes"][-1] = node
+        assert not shows(v, part)
+    for sizes in ([1.0, 1e-20, [0]], [1.0, [1.0], 0.6], [[1.0], 1.0, 0.6], [1.0, 1.0]):
+        part = memory(v)
+        part["proofs"][0]["ball"]["form"][3] = sizes
+        assert not shows(v, part)
     part = memory(v)
     part["proofs"][0]["ball"]["periods"][1] = {"tables": {}, "parts": []}
     assert not shows(v, part)
@@ -411,7 +419,6 @@ def plants_move_between_samples(v):
                             form=([[1.0, 0.0], [0.0, 1.0]], [0.0, 0.0], size, size, 0.97), tube=[[-tube, tube]],
                             parts=parts, period=0.1)  # fmt: skip
             assert shows(v, part) == proved, (a, b, c, d, e, parts)
-
     # x' = a (x - 1): time passes for the centre, which is 1 and not 0, as for the ball.
     for centre, parts, proved in ((1.0, 1, True), (1.0, 0, False), (0.0, 1, False), (0.0, 0, False)):
         nodes = [["const", -1.0], ["+", 0, 1], ["*", 2, 1]]
@@ -472,7 +479,7 @@ MUTANTS = {
     "a matrix may be wide": (
         "need(all(len(row) == len(basis) == len(inverse)", "need(True or all(len(row) == len(basis)",
                              norms_are_those_of_matrices),
-    "the start is anywhere": ("need(away(rows) <= radius", "need(True", balls_hold_their_runs),
+    "the start is anywhere": ("and away(rows) <= radius", "and True", balls_hold_their_runs),
     "the near ball is larger": ("0 <= near <= radius", "0 <= near", balls_hold_their_runs),
     "the centre moves": ("for run in runs) and drift", "for run in runs) and 0", balls_hold_their_runs),
     "the centre is where it is": ("[[add(a, [-c])]", "[[add(a, [0 * c])]", balls_hold_their_runs),
@@ -566,6 +573,16 @@ def test_corners_without_end_are_refused(corners):
     assert reason is None if corners == 10 else "too much work" in reason
 
 
+@pytest.mark.parametrize("vary", [[1] * 40, [2] * 10**6])
+def test_a_node_that_is_varied_many_times_is_refused(vary):
+    nodes = [["memory", 0], ["abs", 0], ["const", 0.5], ["*", 1, 2]]
+    part = settling(verify, nodes, following=[3], start=[[-0.5, 0.5]], vary=vary, form=([[1.0]], [0.0], 1.0, 1.0, 0.9))
+    verify.WORK[1] = 10**7
+    reason = refused({"format": "fuzzyctl certificate 2", "parts": [part]})
+    verify.WORK[:] = [0, 10**9]
+    assert "too much work" in reason
+
+
 def test_a_certificate_of_convergence_is_compared_with_its_file(tmp_path):
     file, target = tmp_path / "l.fz", tmp_path / "c.json"
     file.write_text(KEEPS.replace("require stable", "require stable\nrequire always abs(law.y) <= 9 forever"))
@@ -613,3 +630,27 @@ def test_a_ball_of_another_loop_is_refused(certificates, name):
     assert refused(data) is not None
     part["proofs"][0]["ball"]["form"][3][2] = 1 - 2**-40
     assert refused(data) is not None
+
+
+@pytest.mark.parametrize("line", ["require stable", "require always law.y <= 0.5 forever"])
+def test_a_claim_for_all_time_has_a_part_of_its_own(tmp_path, line):
+    """A part about claims that end does not speak of another claim that it names."""
+    file, target = tmp_path / "l.fz", tmp_path / "c.json"
+    turns = KEEPS.replace("next s = a * s + 0.1 * r + 0.2", "next s = -s").replace("[-1, 1]", "[0.2, 0.3]")
+    claims = f"require always abs(law.y) <= 9\nrequire always law.y <= 1\n{line}"
+    file.write_text(turns.replace("require stable", claims))
+    prove(file, "--certificate", target)
+    data = json.loads(target.read_text())
+    verifies = runner("verify")
+    assert verifies(target, "--source", file).exit_code == 0
+    part = data["parts"][0]
+    data["parts"] = [part]
+    part["lines"].append(line)
+    if "forever" in line:  # for as long as the others
+        part["claims"].append([line.removeprefix("require "), part["claims"][1][1], 0, part["claims"][1][3]])
+        part["proofs"][0]["claims"].append(2)
+    target.write_text(json.dumps(data))
+    assert verifies(target).exit_code == 0
+    done = verifies(target, "--source", file)
+    assert done.exit_code == 1
+    assert "is about another loop" in done.output
