@@ -6,7 +6,7 @@ from gallery import pages
 
 ENTRIES = {n: f for n, f in pages.entries().items() if not n.startswith("arch_") and n != "wang_tanaka_1996"}
 #: Pages whose claims take the least time; the others are tested before a release.
-FAST = {"cart_pole", "mudi_pal_1999", "wang_mendel_1992"}
+FAST = {"mudi_pal_1999", "wang_mendel_1992"}
 
 
 @pytest.mark.parametrize("name", [n if n in FAST else pytest.param(n, marks=pytest.mark.long) for n in ENTRIES])
