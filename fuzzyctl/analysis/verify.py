@@ -2,24 +2,21 @@
 It lies beside `verify_numbers.py`, its arithmetic. docs/explanation/proofs.md, "Certificates", walks through both."""
 import json, math, sys
 from functools import cache, partial
-from itertools import pairwise, product
+from itertools import product
 from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING or __package__:
     from fuzzyctl.analysis.verify_numbers import (
-        BITS, FUNCTIONS, MINUS, ONE, WORK, add, applied, between, chords, columns_of, cover, enclosed, ends, evolved,
-        exact, hinted, hull, least_stretch, length, minus, multiplied, need, number, shrinks, tabulated, times, total,
-        unit)
+        BITS, FUNCTIONS, MINUS, ONE, WORK, add, applied, at_ends, ball_box, between, chords, columns_of, cover, either,
+        enclosed, ends, evolved, exact, hinted, hull, keyed, least_stretch, length, minus, multiplied, need, number,
+        say, shrinks, table_of, tabulated, times, total, unit)
 else:  # the two files alone
     sys.path.append(__file__.rpartition("verify.py")[0] or ".")
     globals().update((k, v) for k, v in vars(__import__("verify_numbers")).items() if k[0] != "_")
-def say(line: str) -> None: print(line) if line.isprintable() else need(False, "a text has control characters")
 CONVERGES = "converges"  # in place of the clauses of a claim: of all runs from the start, at samples
-def keyed(**rows: Any) -> Any: return {(kind, i): a for kind, forms in rows.items() for i, a in enumerate(forms)}
 class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory), memory = next(x, memory)
     def __init__(self, data: Any) -> None:
         self.nodes, self.rates, self.values, self.next = (data[k] for k in ("nodes", "rates", "held", "next"))
-        self.tables: Any = [(number(t["knots"]), number(t["values"])) for t in data["tables"]]
-        need(all(len(k) > 1 and all(a < b for a, b in pairwise(k)) for t in self.tables for k in t[0]), "falling knots")
+        self.tables: Any = [table_of(t) for t in data["tables"]]
         need(all(self.nodes[i] == ["state", i] for i in range(len(self.rates))), "the first nodes are not the states")
         self.period, self.params = number(data["period"]), len(data["params"])
         self.claims = [(t, c, hinted(a), math.inf if b is None else -hinted(-b)) for t, c, a, b in data["claims"]]
@@ -27,6 +24,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         need(all(c and t.isprintable() and max(a, 0) <= b for t, c, a, b in self.claims), "an unreadable, empty claim")
         need(all(b == math.inf for _, c, _, b in self.claims if c == CONVERGES), "a claim of convergence has an end")
         self.noise = [enclosed(*pair) for pair in data["disturbances"]]
+        self.given = [[enclosed(x, x) for x in row] for row in data.get("given", [])]  # known, by period
     def series(self, inputs: Any, seeds: Any = None, hints: Any = ()) -> Any:  # Taylor coefficients in time, of node i
         @cache
         def v(i: int, k: int = 0) -> Any:
@@ -37,6 +35,10 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             if op == "const": return [0, 0] if k else enclosed(*rest, *rest)
             if op == "error": return [0, sum(enclosed(0, *rest))]
             if op == "table": return tabulated(self.tables[rest[0]], [v(j) for j in rest[1:]], hinted(hints[str(i)]))
+            if op == "choice":  # the second if the first is at least 0, or above 0 if marked by 1, else the third
+                (low, high), mark = ends(v(rest[0])), rest[1] == 1
+                need(not k or low >= mark or high < mark, "the derivative of a choice is not known")
+                return either(*(v(j, k) for j in rest[2:][high < mark:1 + (low < mark)]))
             if op in FUNCTIONS and not k: return applied(op, v(rest[0]))
             if op in ("exp", "sin", "cos"):  # y' = slope x', so that k y[k] = sum of j x[j] slope[k - j]
                 need(self.nodes[rest[1]] == [{"sin": "cos", "cos": "sin"}.get(op, op), rest[0], i], "a wrong slope")
@@ -79,7 +81,8 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             need(holds, f"'{text:.99}' is not shown from sample {a / ONE:.9g} on")
     def pass_by(self, k: int, rows: Any, hint: Any, fixed: Any, due: Any) -> Any:  # period k: the states after it, the
         n, parts, m = len(self.rates), hint["parts"], len(hint["parts"])           # values at its begin, and its parts
-        x, results, inputs = rows[:n], [], fixed | keyed(state=rows[:n], memory=rows[n:])
+        x, results, signals = rows[:n], [], self.given[k - 1] if self.given else []
+        inputs = fixed | keyed(state=x, memory=rows[n:], given=signals)
         v = self.series(inputs | {("time",): [(k - 1) * self.period, 0]}, None, hint["tables"])
         inputs |= keyed(held=[v(i) for i in self.values])
         self.show(due, inputs | {("time",): [(k - 1) * self.period, 0]}, (k - 1) * ONE, (k - 1) * ONE)
@@ -94,7 +97,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             side, middle = proof["cut"]
             parts = [ranges[side][0], middle], [middle, ranges[side][1]]
             return [self.run(proof["halves"][i], due, [*ranges[:side], parts[i], *ranges[side + 1:]]) for i in (0, 1)]
-        p, k, still, anchor = self.params, 0, ["time"] not in self.nodes, None
+        p, k, still, anchor = self.params, 0, not {"time", "given"} & {op for op, *_ in self.nodes}, None
         need(len(ranges) + len(self.next) + len(self.values) < 1000, "too many states")
         box = [[a[0], 0, *[0] * i, a[1]] for i, a in enumerate(enclosed(*r) for r in ranges)]
         rows, fixed = box[p:], keyed(param=box[:p], disturbance=self.noise)
@@ -118,8 +121,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         if anchor: self.inside(rows, *anchor[1:])
     def inside(self, rows: Any, earlier: Any, basis: Any, inverse: Any, slack: Any) -> None:  # for all params
         apart = [add(a, [-x for x in b]) for a, b in zip(rows, earlier, strict=True)]  # so it holds all later sets
-        columns, text = columns_of(apart, self.params), "the last set does not lie in the earlier one"
-        cover([[a[0] for a in apart], *columns], basis, inverse, slack, text)
+        cover([[a[0] for a in apart], *columns_of(apart, self.params)], basis, inverse, slack, "a set does not return")
     def slopes(self, x: Any, y: Any, i: int) -> Any:  # node i at x less that at y is the sum of these slopes times
         op, *p = self.nodes[i]                        # the same of its parts; intervals, as x and y are any two points
         if op == "+": return [(j, [ONE, 0]) for j in p[:2]]
@@ -147,7 +149,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         return [row(i) for i in wanted]
     def contract(self, k: int, rows: Any, hint: Any, fixed: Any, due: Any) -> None:  # a ball |inverse (z - centre)| <=
         n, size, read = len(self.rates), len(rows), len(self.values)                 # radius that holds the rows
-        changing = {"time"} | ({"error", "disturbance"} if any(c[1] == CONVERGES for c in due) else set())
+        changing = {"time", "given"} | ({"error", "disturbance"} if any(c[1] == CONVERGES for c in due) else set())
         need(not changing & {op for op, *_ in self.nodes}, f"{' and '.join(sorted(changing))} keep runs apart")
         basis, inverse, centre, (radius, near, rate) = map(hinted, hint["form"])
         stretch, turned, text = least_stretch(inverse, basis), exact(inverse), "distances are not shown to shrink"
@@ -156,8 +158,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         need(0 <= near <= radius and rate < ONE and away(rows) <= radius, "the set does not lie in the ball")
         due, runs = [(text, clauses, 0, end) for text, clauses, _, end in due], list[Any]()
         for r in (0, near, radius):  # the centre, and boxes that hold balls
-            reach = ((math.isqrt(sum(x * x for x in row)) + 1) * r // stretch + 2 for row in basis)
-            box = [[c, 0, *[0] * (self.params + i), e] for i, (c, e) in enumerate(zip(centre, reach))]
+            box = ball_box(centre, basis, r, stretch, self.params)
             runs.append(self.pass_by(k, box, hint["periods"][r == radius], fixed, due if len(runs) == 2 else []))
         drift = away(runs[0][0])
         need(all(run[2] for run in runs) and drift + (rate * near >> BITS) + 1 <= near, "the centre moves too far")
@@ -171,8 +172,7 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
         begin, options = cache(partial(self.slopes, runs[2][1], runs[1][1])), []
         seeds = dict(zip([*names[:n], *names[n + read:]], unit(size)))
         for i in hint["vary"]:  # slopes are means of those at corners; those of the whole are affine in each
-            wide = [[[a[0] - a[1], 0], [a[0] + a[1], 0]] if a[1] >> (BITS // 2) else [a] for _, a in begin(i)]
-            options.append([[(j, a) for (j, _), a in zip(begin(i), corner)] for corner in product(*wide)])
+            options.append(at_ends(begin(i)))
         for corner in product(*options):
             picked = dict(zip(hint["vary"], corner))
             inner = self.moved([*self.values, *self.next], seeds, lambda i: picked.get(i) or begin(i))  # noqa: B023

@@ -11,6 +11,8 @@ WORK = [0, 10**9]  # the work so far, and the most that a file may cause
 def need(condition: Any, text: str, work: int = 0) -> Any:  # all that is checked is checked here; returns nothing
     WORK[0] += work
     if not condition or WORK[0] > WORK[1]: raise AssertionError("too much work" if condition else text)
+def say(line: str) -> None: print(line) if line.isprintable() else need(False, "a text has control characters")
+def keyed(**rows: Any) -> Any: return {(kind, i): a for kind, forms in rows.items() for i, a in enumerate(forms)}
 def number(x: Any, cut: bool = False) -> Any:  # of the file; from 2^-43 on all numbers are multiples of the unit
     if isinstance(x, list): return [number(y, cut) for y in x]
     need(type(x) in (int, float) and abs(x) < 2**64, f"{x!r:.40} is no number below 2^64")
@@ -33,6 +35,9 @@ def times(a: list[int], b: list[int]) -> Any:  # e e lies in [0, 1] = 1/2 + [-1/
     g = [(a[0] * y + b[0] * x) >> BITS for x, y in zip_longest(a[2:], b[2:], fillvalue=0)]
     need(abs(a[0]) + ra + abs(b[0]) + rb < ONE << 200, "numbers become too large", 40 + 8 * len(g))
     return [(2 * a[0] * b[0] + sum(both)) >> (BITS + 1), (r >> BITS) + len(g) + 3, *g]  # each shift drops below a unit
+def either(a: Any, b: Any = None) -> Any:  # all between two forms: their mean and half of their distance
+    if b is None: return a
+    return add(times(add(a, b), [ONE >> 1, 0]), [0, (max(map(abs, ends(minus(a, b)))) >> 1) + 1])
 def wave(signs: tuple[int, ...], x: int) -> int:  # the sum of signs[n % 4] x^n / n!, wrong by less than a unit
     need(abs(x) < 16 * ONE, "the argument of sin, cos or exp is beyond 16", 400)
     x, term, result = x << 64, 1 << (BITS + 64), 0  # 64 further digits; after 160 terms less than 2^-200 is left
@@ -56,6 +61,10 @@ def looked_up(knots: Any, values: Any, point: Any) -> int:  # linear in each inp
     i = max(j for j in range(len(k) - 1) if k[j] <= x)
     first, last = (looked_up(knots[1:], values[j], point[1:]) for j in (i, i + 1))
     return int(first + (last - first) * (x - k[i]) // (k[i + 1] - k[i]))
+def table_of(data: Any) -> Any:
+    knots, values = number(data["knots"]), number(data["values"])
+    need(all(len(k) > 1 and all(a < b for a, b in pairwise(k)) for k in knots), "falling knots")
+    return knots, values
 def tabulated(table: Any, inputs: Any, hint: Any) -> Any:  # a plane plus an error
     (knots, values), (slopes, shears), (low, high), rest = table, hint, ends(inputs[0]), []
     plane = total(times([0, *y[1:]], [s, 0]) for s, y in zip(slopes, inputs, strict=True))
@@ -131,3 +140,9 @@ def shrinks(matrix: Any, limit: int) -> bool:  # whether all matrices of interva
             gram[i][j] = (gram[i][j] * gram[k][k] - gram[i][k] * gram[k][j]) // before
         before = gram[k][k]
     return True
+def ball_box(centre: Any, basis: Any, radius: int, stretch: int, params: int) -> Any:  # a box that holds a ball
+    reach = ((math.isqrt(sum(x * x for x in row)) + 1) * radius // stretch + 2 for row in basis)
+    return [[c, 0, *[0] * (params + i), e] for i, (c, e) in enumerate(zip(centre, reach))]
+def at_ends(slopes: Any) -> Any:  # slopes of a node, those of some width at both ends, in all combinations
+    wide = [[[a[0] - a[1], 0], [a[0] + a[1], 0]] if a[1] >> (BITS // 2) else [a] for _, a in slopes]
+    return [[(j, a) for (j, _), a in zip(slopes, corner)] for corner in product(*wide)]

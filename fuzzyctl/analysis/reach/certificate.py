@@ -25,8 +25,8 @@ from fuzzyctl.analysis.reach.reach import ReachableSets
 from fuzzyctl.analysis.reach.sets import _boxed, modes
 from fuzzyctl.analysis.reach.surfaces import _over_slabs, _slopes
 from fuzzyctl.analysis.reach.translation import NoCertificateError, problem_of
-from fuzzyctl.analysis.verify import CONVERGES, Loop, keyed
-from fuzzyctl.analysis.verify_numbers import ONE
+from fuzzyctl.analysis.verify import CONVERGES, Loop
+from fuzzyctl.analysis.verify_numbers import ONE, keyed
 from fuzzyctl.analysis.work import clock
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.model.loop import Always, Stable
@@ -72,7 +72,9 @@ class Search:
     def sample(self) -> tuple[dict[Any, Any], list[list[int]], dict[str, Any]]:
         """Return the values that are held from a sample on, the next memory, and the planes of all tables."""
         n, k = len(self.loop.rates), len(self.steps)
-        inputs = self.fixed | keyed(state=self.rows[:n], memory=self.rows[n:]) | {("time",): [k * self.loop.period, 0]}
+        signals = self.loop.given[k] if self.loop.given else []
+        inputs = self.fixed | keyed(state=self.rows[:n], memory=self.rows[n:], given=signals)
+        inputs |= {("time",): [k * self.loop.period, 0]}
         hints: dict[str, Any] = {}
         values = self.loop.series(inputs, None, hints)
         for i, (op, *rest) in enumerate(self.loop.nodes):
@@ -331,9 +333,10 @@ def is_of(part: dict[str, Any], loop: LoopBlock) -> bool:
             lines.remove(text)
             claims.append(claim)
     apart = any(isinstance(c, Stable) or c.forever for c in claims)  # these have a part each
-    known = not lines and (len(claims) == 1 if apart else claims)
-    problem = _problem(prover, claims)[0] if known else {"claims": None}
-    return bool(json.loads(json.dumps(problem)) == {key: part[key] for key in problem})
+    if lines or not claims or (apart and len(claims) > 1):
+        return False
+    problem = json.loads(json.dumps(_problem(prover, claims)[0]))
+    return all(part.get(key) == value for key, value in problem.items())
 
 
 def _certified(prover: LoopProver, claims: Sequence[Always | Stable]) -> dict[str, Any]:

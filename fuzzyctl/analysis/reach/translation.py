@@ -16,6 +16,7 @@ from fuzzyctl.analysis.reach.surfaces import SystemSurface
 from fuzzyctl.analysis.verify import CONVERGES
 from fuzzyctl.kernels.plan.expansion import STARTED
 from fuzzyctl.model.loop import TIME
+from fuzzyctl.simulation.sample_times import ALIGNED
 
 #: What rounding may add to each value of a controller.
 ROUNDING: Final = 1e-12
@@ -36,10 +37,11 @@ class _Translation:
 
     Args:
         exact: Whether they are those of real arithmetic, without errors of rounding.
+        step: The sample time [s].
     """
 
-    def __init__(self, exact: bool) -> None:
-        self.exact = exact
+    def __init__(self, exact: bool, step: float) -> None:
+        self.exact, self.step = exact, step
         self.nodes: list[Item] = []
         self.tables: list[dict[str, Any]] = []
         #: Nodes that must not be negative, since roots are taken of them.
@@ -60,8 +62,8 @@ class _Translation:
         return self.add("const", value)
 
     def negative(self, a: int) -> int:
-        op, value = self.nodes[a][:2]
-        return self.number(-value) if op == "const" else self.product(self.number(-1.0), a)
+        op, *parts = self.nodes[a]
+        return self.number(-parts[0]) if op == "const" else self.product(self.number(-1.0), a)
 
     def sum(self, a: int, b: int) -> int:
         nothing = ["const", 0.0]
@@ -139,6 +141,8 @@ class _Translation:
             case "output":
                 call = nodes.nodes[node.parts[0]]
                 return self._output(call.detail, [places[p] for p in call.parts], node.detail)
+            case "last_entry":
+                return self._last_entry([nodes.nodes[p].detail for p in node.parts[1::2]], parts)
             case "where" if (choice := _constant(nodes, node.parts[0])) is not None:
                 return parts[1] if choice else parts[2]
             case "where" if (first := _at_first(nodes, node.parts[0])) is not None:
@@ -149,9 +153,32 @@ class _Translation:
                     raise NoCertificateError("a value may be missing")
                 change = self.sum(after, self.negative(before))
                 return self.sum(before, self.product(started, change))
-            case "system" | "compare" | "logic" | "where":
+            case "where":
+                if -1 in parts[1:]:
+                    raise NoCertificateError("a value may be missing")
+                return self._chosen(self.clauses(nodes, places, node.parts[0]), *parts[1:])
+            case "system" | "compare" | "logic":
                 return -1
         raise NoCertificateError(f"'{node.kind}' has no operation in a certificate")
+
+    def _chosen(self, clauses: list[list[list[int]]], yes: int, no: int) -> int:
+        """Return one value where a condition holds, see `clauses`, and another one elsewhere."""
+        for clause in reversed(clauses):
+            value = no
+            for at, mark in reversed(clause):
+                value = self.add("choice", self.rounded(at, ROUNDING), mark, yes, value)
+            yes = value
+        return yes
+
+    def _last_entry(self, times: Sequence[float], parts: Sequence[int]) -> int:
+        """Return the value of the last time that has come; at a sample, of those that have for a run."""
+        value = parts[2]
+        for time, later in zip(times[1:], parts[4::2], strict=True):
+            sample = round(time / self.step)
+            if abs(time / self.step - sample) <= ALIGNED * max(sample, 1):  # products of the period are rounded
+                time += ALIGNED * self.step * (1.0 if sample * self.step < time else -1.0)
+            value = self.add("choice", self.sum(parts[0], self.number(-time)), 0, later, value)
+        return value
 
     def _output(self, surface: SystemSurface, arguments: list[int], output: int) -> int:
         grid = surface.grid
@@ -254,11 +281,9 @@ def problem_of(
     equations = sets.equations
     if equations.rates:
         raise NoCertificateError("controllers at several rates have no operation in a certificate")
-    if sets.columns:
-        raise NoCertificateError("noise and signals of files have no operation in a certificate")
-    new = _Translation(exact)
-    groups = {"state": sets.plant, "memory": sets.memory, "held": sets.held, "param": sets.free,
-              "disturbance": [*equations.disturbances]}  # fmt: skip
+    new = _Translation(exact, equations.step)
+    groups = {"state": sets.plant, "memory": sets.memory, "given": sets.columns, "held": sets.held,
+              "param": sets.free, "disturbance": [*equations.disturbances]}  # fmt: skip
     inputs: dict[str, Item] = {TIME: ["time"]}
     for kind, names in groups.items():
         inputs |= {name: [kind, k] for k, name in enumerate(names)}
@@ -290,6 +315,7 @@ def problem_of(
     return {
         "nodes": new.nodes, "tables": new.tables, "rates": rates, "held": values[:count], "next": values[count:],
         "period": equations.step, "params": [*params], "start": [*starts],
+        "given": sets.given.tolist() if sets.columns else [],
         "disturbances": [[low, high] for low, high, _ in equations.disturbances.values()],
         "names": [*sets.free, *sets.plant, *sets.memory], "claims": data,
     }  # fmt: skip

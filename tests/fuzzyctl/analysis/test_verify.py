@@ -88,8 +88,28 @@ run 1 s step 250 ms
 require always sqrt(p.x ^ 2 + p.z ^ 2) <= 1.3
 require always max(p.x, p.z - 1) > 0 or p.y < -1
 """
+#: A dead zone, a step and noise.
+CHOICES = """
+controller law
+input r
+input y
+output u = where(abs(r - y) < 0.02, 0, where(r > y or r > 2, 1, -1) * min(4 * abs(r - y), 1))
+every 100 ms
+plant motor
+input u
+state x = 0
+der x = u - 0.2 * x
+output y = x
+loop l
+block law = law(steps(0: 0.1, 0.7 s: 0.4, 0.95 s: 0.2), motor.y + noise(sigma=0.005))
+block motor = motor(law.u)
+for motor.x in [-0.02, 0.02]
+run 1.2 s
+require always motor.y <= 0.35 and motor.y >= -0.1
+"""
 TEXTS = {
     "servo": SERVO,
+    "choices": CHOICES,
     "waves": WAVES,
     "fuzzy": FUZZY[: FUZZY.rindex("run")] + "run 0.4 s\nrequire always abs(pendulum.th) <= 0.8 and law.u <= 4\n",
     "tank": TANK[: TANK.rindex("run")] + "run 0.4 s\nrequire always tank.h <= 0.5\n",
@@ -173,6 +193,9 @@ class Simulated:
                 return getattr(math, op)(self.value(rest[0], known))
             case "abs":
                 return abs(self.value(rest[0], known))
+            case "choice":
+                x = self.value(rest[0], known)
+                return self.value(rest[2 if x > 0 or (x == 0 and rest[1] != 1) else 3], known)
             case "table":
                 table = self.part["tables"][rest[0]]
                 return table_at(table["knots"], table["values"], [self.value(p, known) for p in rest[1:]])
@@ -191,6 +214,7 @@ class Simulated:
             for k in range(math.ceil(last) + 1):
                 inputs = {("param", i): v for i, v in enumerate(params)}
                 inputs |= {("memory", i): v for i, v in enumerate(memory)}
+                inputs |= {("given", i): v for i, v in enumerate(part["given"][k] if part.get("given") else [])}
                 noise = {("disturbance", i): pick(*r) for i, r in enumerate(part["disturbances"])}
                 at = inputs | noise | {("state", i): v for i, v in enumerate(x)} | {("time",): k * part["period"]}
                 held = {("held", i): self.value(v, at) for i, v in enumerate(part["held"])}
@@ -453,6 +477,43 @@ def steps_hold_their_solutions(v):
         assert shows(v, part) == proved
 
 
+def choices_hold_both(v):
+    """A choice by x, 2 or 5, is the one on its side, and lies between both where the side of x is unknown."""
+    for low, high, mark, least, most in (
+        (0, 1, 0, 2, 2), (0, 1, 1, 2, 5), (0.01, 1, 1, 2, 2), (-1, 0, 0, 2, 5), (-1, 0, 1, 5, 5), (-1, -0.1, 0, 5, 5),
+        (-1, 1, 0, 2, 5), (-1, 0.01, 1, 2, 5),
+    ):  # fmt: skip
+        for least_shown, most_shown, proved in (
+            (least - 1e-9, most + 1e-9, True),
+            (least + 1e-3, 9.0, False),
+            (-9.0, most - 1e-3, False),
+        ):
+            nodes = [["const", 2.0], ["const", 5.0], ["choice", 0, mark, 1, 2], ["const", -1.0], ["*", 4, 3],
+                     ["const", -least_shown], ["const", most_shown], ["+", 3, 6], ["+", 5, 7]]  # fmt: skip
+            part = simple(v, [0], start=[[low, high]], steps=[{"tables": {}, "parts": []}], nodes=nodes,
+                          claims=[["c", [[[8, 0]], [[9, 0]]], 0, 0]])  # fmt: skip
+            assert shows(v, part) == proved
+    # x' = 1, and 3 from t = 0.25 on: x is 1 at t = 0.5.
+    for order in (0, 1, 2):
+        for limit, proved in ((0.9, False), (1.6, order == 0)):
+            nodes = [["time"], ["const", -0.25], ["+", 1, 2], ["const", 3.0], ["const", 1.0], ["choice", 3, 0, 4, 5],
+                     ["const", limit], ["const", -1.0], ["*", 8, 0], ["+", 7, 9]]  # fmt: skip
+            steps = [{"tables": {}, "parts": [{"tube": [[-0.1, 1.7]], "order": order}]}, {"tables": {}, "parts": []}]
+            part = simple(v, [6], start=[[0, 0]], steps=steps, nodes=nodes, claims=[["c", [[[10, 0]]], 1, 1]])
+            assert shows(v, part) == proved
+
+
+def known_numbers_follow(v):
+    """x' = 1 for a period and then 3: x is 2 at t = 1."""
+    for limit, proved in ((1.99, False), (2.01, True)):
+        nodes = [["given", 0], ["const", limit], ["const", -1.0], ["*", 3, 0], ["+", 2, 4]]
+        steps = [{"tables": {}, "parts": [{"tube": [[-0.1, 2.1]], "order": 1}]} for _ in range(2)]
+        part = simple(v, [1], start=[[0, 0]], steps=[*steps, {"tables": {}, "parts": []}], nodes=nodes,
+                      claims=[["c", [[[5, 0]]], 2, 2]])  # fmt: skip
+        assert shows(v, part | {"given": [[1.0], [3.0], [0.0]]}) == proved
+        assert not shows(v, part | {"given": [[1.0], [3.0]]})
+
+
 def memories_follow(v):
     """m = 0, 1, 2 at samples 0, 1, 2, held as u; x stays."""
     nodes = [["memory", 0], ["const", 1.0], ["+", 1, 2], ["held", 0], ["const", 0.0], ["const", -1.0], ["*", 4, 6],
@@ -468,12 +529,17 @@ def memories_follow(v):
 def sets_return_only_into_themselves(v):
     """x' = -x returns into [-1, 1]; x' = x does not, nor does what is not yet within."""
     one = {"set": [[[1.02]], [[1 / 1.02]], [1e-9]], "keep": [], "anchor": True}
-    for sign, begin, timed, proved in ((-1, 0, 0, True), (1, 0, 0, False), (-1, 2, 0, False), (-1, 0, 1, False)):
+    time, given = [["time"]], [["given", 0]]
+    for sign, begin, timed, proved in (
+        (-1, 0, [], True), (1, 0, [], False), (-1, 2, [], False), (-1, 0, time, False), (-1, 0, given, False)
+    ):  # fmt: skip
         tubes = [[[-2.2, 2.2]], [[-4.4, 4.4]]]
         steps = [{"tables": {}, "parts": [{"tube": tube, "order": 3}]} for tube in tubes]
         steps[0] |= one if sign < 0 else {"set": [[[2.0]], [[0.5]], [1e-9]], "keep": [], "anchor": True}
-        nodes = [["const", float(sign)], ["*", 1, 0], ["const", 3.0], *([["time"]] * timed)]
-        part = simple(v, [2], start=[[-1, 1]], steps=steps, nodes=nodes, claims=[["3 > 0", [[[3, 1]]], begin, None]])
+        nodes = [["const", float(sign)], ["*", 1, 0], ["const", 3.0], *timed]
+        part = {"given": [[0.0]] * 2} | simple(
+            v, [2], start=[[-1, 1]], steps=steps, nodes=nodes, claims=[["3 > 0", [[[3, 1]]], begin, None]]
+        )
         assert shows(v, part) == proved
     drop = [["memory", 0], ["const", 2.0], ["*", 0, 1], ["const", 0.5], ["*", 0, 3], ["+", 4, 3]]
     drop += [["const", 0.95], ["const", -1.0], ["*", 0, 7], ["+", 6, 8]]
@@ -566,9 +632,10 @@ def a_loop_has_times_and_errors(v):
     assert not shows(v, growth(v, begin=-3, end=-2, steps=[]))
 
 
-CHECKS = [products_hold_all, functions_hold_all, tables_hold_all, only_what_fits_is_covered,
-          steps_hold_their_solutions, memories_follow, sets_return_only_into_themselves, claims_are_strict,
-          halves_cover_the_whole, symbols_stay_apart, small_numbers_count, a_loop_has_times_and_errors]  # fmt: skip
+CHECKS = [products_hold_all, choices_hold_both, known_numbers_follow, functions_hold_all, tables_hold_all,
+          only_what_fits_is_covered, steps_hold_their_solutions, memories_follow, sets_return_only_into_themselves,
+          claims_are_strict, halves_cover_the_whole, symbols_stay_apart, small_numbers_count,
+          a_loop_has_times_and_errors]  # fmt: skip
 
 
 @pytest.mark.parametrize("check", CHECKS)
@@ -610,6 +677,13 @@ MUTANTS = {
     "a claim has no proof": ("need(any(i in proof", "need(True or any(i in proof", claims_are_strict),
     "a claim is not strict": (">= (mark == 1)", ">= 0", claims_are_strict),
     "any clause will do": ("all(any(ends(v(i))", "any(any(ends(v(i))", claims_are_strict),
+    "a choice has its first value": ("[high < mark:1 + (low < mark)]", "[:1]", choices_hold_both),
+    "a choice is the mean": ("(max(map(abs, ends(minus(a, b)))) >> 1) + 1]", "0]", choices_hold_both),
+    "a choice is not strict": ("rest[1] == 1", "0", choices_hold_both),
+    "a choice does not jump": ('need(not k or low >= mark', 'need(True or low >= mark', choices_hold_both),
+    "known numbers stay": ("self.given[k - 1]", "self.given[0]", known_numbers_follow),
+    "known numbers do not matter for all time": ('not {"time", "given"} &', 'not {"time"} &',
+                                                 sets_return_only_into_themselves),
     "memory stays": ("[*x, *(v(i) for i in self.next)]", "[*x, *rows[n:]]", memories_follow),
     "a claim for ever begins late": (" and begin <= anchor[0])", ")", sets_return_only_into_themselves),
     "the time does not matter": ("still and ", "", sets_return_only_into_themselves),

@@ -327,8 +327,8 @@ def balls_hold_their_runs(v):
 
 
 def only_still_loops_converge(v):
-    for node in (["error", 1e-3], ["time"]):
-        part = memory(v)
+    for node in (["error", 1e-3], ["time"], ["given", 0]):
+        part = memory(v, given=[[0.0]] * 9)
         part["nodes"] += [node, ["+", 4, 5]]
         part["next"] = [6]
         assert not shows(v, part)
