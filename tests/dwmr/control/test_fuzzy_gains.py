@@ -92,7 +92,8 @@ class TestBoundaryLayer:
         assert one.code == "FZ402"
         assert "beta >= 0.005" in one.message
 
-    def test_is_refused_without_a_claim_in_the_rule_file_too(self, tmp_path):
+    def test_is_refused_without_a_claim_in_the_rule_file_too(self, tmp_path, monkeypatch):
+        monkeypatch.setattr("fuzzyctl.analysis.prove.TIMEOUT", 1.0)  # which it uses up
         edits = ("VS = triangle(1e-6, 0.0050", "VS = triangle(-1e-6, 0"), ("[0.005, 0.05]", "[0, 0.05]")
         folder = edited(tmp_path, "boundary_layer.fz", *edits, ("require beta >= 0.005", "require beta >= 0"))
         assert diagnostics(lambda: prove(folder=folder))
