@@ -18,7 +18,7 @@ TIMEOUT = "100"
 
 
 def seconds(*command):
-    """Run a command; return its processor time [s], its exit code and what it printed."""
+    """Run a command; return its processor time [s], its exit code and its output."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before, done.returncode, done.stdout

@@ -284,7 +284,7 @@ def drive(
 ) -> None:  # fmt: skip
     """Turn the velocity command of robot `i` into torques, see `drive_differential`.
 
-    Of `vehicles`, a `Vehicle` for each robot, None stands for differential drives: numba then inlines theirs.
+    `vehicles` has a `Vehicle` for each robot. It is None if all are differential drives, whose functions numba inlines.
     """
     if vehicles is None:
         _drive_inlined(v_c, v_y_c, omega_c, seen, robot, dt, own, filters, targets, torques)
