@@ -68,7 +68,7 @@ def test_every_example_of_a_page_does_what_the_page_says(
     monkeypatch.setenv("MPLBACKEND", "Agg")
     shown = [p for p in pictures(page) if p.kind == "picture" or is_example(p)]
     if not sizes.LONG:
-        monkeypatch.setattr("fuzzyctl.analysis.prove.TIMEOUT", 1.0)  # a law that is refused uses it up
+        monkeypatch.setattr("fuzzyctl.analysis.prove.TIMEOUT", 3.0)  # a law that is refused uses it up
         draw_what_is_shown([Path(p.source if p.kind == "picture" else p.path).stem for p in shown], monkeypatch)
     again = page in FOLLOWED and (sizes.LONG or (page.name not in SLOW and any(written(page))))
     follow(page, tmp_path, 2 if again else 1)
