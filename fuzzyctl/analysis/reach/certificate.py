@@ -21,7 +21,7 @@ from fuzzyctl.analysis.reach import stability
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError
 from fuzzyctl.analysis.reach.prover import ANCHORS, LOOKS, LoopProver
-from fuzzyctl.analysis.reach.reach import ReachableSets
+from fuzzyctl.analysis.reach.reach import LeavesRangeError, ReachableSets
 from fuzzyctl.analysis.reach.sets import _boxed, modes
 from fuzzyctl.analysis.reach.surfaces import _over_slabs, _slopes
 from fuzzyctl.analysis.reach.translation import NoCertificateError, problem_of
@@ -129,7 +129,7 @@ class Search:
                             "steps": [{k: v for k, v in s.items() if k != "anchor"} for s in self.steps],
                             "ball": hint,
                         }
-                except (NoTubeError, DomainError, stability.LeavesRangeError, AssertionError) as error:
+                except (NoTubeError, DomainError, LeavesRangeError, AssertionError) as error:
                     reason = f": {error}"
             place = k + 1 in ANCHORS and k + 1 >= begin and not converges
             self.period(place)

@@ -14,7 +14,7 @@ from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.analysis.reach import stability
 from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, ends
-from fuzzyctl.analysis.reach.reach import ReachableSets, Record, Step, within
+from fuzzyctl.analysis.reach.reach import LeavesRangeError, ReachableSets, Record, Step, within
 from fuzzyctl.analysis.reach.sets import Dimension, Parallelotope, halves, modes, widest, with_symbols
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.work import clock
@@ -459,8 +459,7 @@ class LoopProver:
         anchor: list[Parallelotope] = []
         previous: list[list[Form]] = []
         notes: list[str] = []
-        length = sets.equations.step
-        rate = math.lcm(*sets.equations.rates.values(), 1)
+        length, rate = sets.equations.step, sets.cycle
 
         def look(period: int, rows: list[Form]) -> list[Form] | None:
             if period % rate:
@@ -471,7 +470,7 @@ class LoopProver:
             motion = modes(previous[0], rows) if previous else None
             previous[:] = [rows]
             if (
-                period in LOOKS
+                period // rate in LOOKS
                 and period * length >= max(begin, self._settled - 0.5 * length)
                 and in_ball(rows, motion)
             ):
@@ -488,11 +487,12 @@ class LoopProver:
                 ball = stability.contraction(sets, rows, free, motion, until)
                 if ball is None:
                     return False
-                states, during = ball.rows(params), [[(0.0, "", (-1, 0.0))]]
-                split = len(sets.plant)
-                for step in sets.run(states[:split], states[split:], free, params, lambda *_: None):
+                states, during, split = ball.rows(params), [[(0.0, "", (-1, 0.0))]], len(sets.plant)
+                for step in sets.run(
+                    states[:split], states[split:], free, params, lambda k, r: r if k < rate else None
+                ):
                     self._look(sets, [_Claim(claim, 0.0, math.inf)], step, during)
-            except (NoTubeError, DomainError, stability.LeavesRangeError):
+            except (NoTubeError, DomainError, LeavesRangeError):
                 return False
             return not during[0][0][1]
 
@@ -522,12 +522,14 @@ class LoopProver:
         if reason := sets.why_aperiodic():
             return Undecided(text, reason)
         if sets.equations.errors:
-            reason = "rounding and noise keep a loop from a point: claim a range with 'require always ... from'"
-            return Undecided(text, reason)
+            return Undecided(
+                text, "rounding and noise keep a loop from a point: claim a range with 'require always ... from'"
+            )
         if sets.spread:
             return Undecided(text, "with a disturbance nothing converges: claim a range with 'require always ... from'")
-        if sets.equations.rates:
-            return Undecided(text, "its controllers run at several rates, for which contraction is not computed")
+        if sets.cycle > stability.MOST_CYCLE:
+            most = f"contraction is computed for at most {stability.MOST_CYCLE}"
+            return Undecided(text, f"all controllers sample together every {sets.cycle} samples only: {most}")
         if not (sets.plant or sets.memory):
             return Undecided(text, "the loop has no state that could converge")
         share = 1.0
@@ -558,12 +560,14 @@ class LoopProver:
         previous: list[list[Form]] = []
 
         def look(period: int, rows: list[Form]) -> list[Form] | None:
+            if period % sets.cycle:
+                return rows
             motion = modes(previous[0], rows) if previous else None
             previous[:] = [rows]
-            if period in LOOKS:
+            if period // sets.cycle in LOOKS:
                 try:
                     ball = stability.contraction(sets, rows, free, motion, until)
-                except (NoTubeError, DomainError, stability.LeavesRangeError) as error:
+                except (NoTubeError, DomainError, LeavesRangeError) as error:
                     ball = None
                     reasons[:] = [str(error)]
                 if ball is not None:
@@ -595,6 +599,6 @@ class LoopProver:
     def _converges(self, sets: ReachableSets, free: Sequence[Form], ball: stability.Contraction, time: float) -> Proved:
         self._settled = time if self._settled == math.inf else max(self._settled, time)
         what = "distances to the point of rest shrink" if ball.to_rest else "distances shrink"
-        note = f"from t = {time:.6g} s on {what} by {ball.rate:.6g} each {sets.equations.step:g} s"
+        note = f"from t = {time:.6g} s on {what} by {ball.rate:.6g} each {sets.cycle * sets.equations.step:g} s"
         facts = stability.sectors(sets, free, ball) if ball.to_rest else []
         return Proved("stable", note="; ".join([note, *facts]), data=ball)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -10,11 +11,12 @@ from typing import Final
 
 import numpy as np
 
+from fuzzyctl.analysis.reach import forms
 from fuzzyctl.analysis.reach.flow import Flow, NoTubeError
-from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, Value, as_form, ends, padded
+from fuzzyctl.analysis.reach.forms import DomainError, Form, Mask, Value, as_form, ends, hulled, interval, padded
 from fuzzyctl.analysis.reach.series import Nodes, Series
 from fuzzyctl.analysis.reach.sets import is_long, modes, reduced, with_symbols
-from fuzzyctl.analysis.reach.slopes import Slopes
+from fuzzyctl.analysis.reach.slopes import MOST, Slopes
 from fuzzyctl.analysis.reach.surfaces import SystemSurface
 from fuzzyctl.expr import Expr, Name, names_in
 from fuzzyctl.kernels.plan.equations import Evaluation
@@ -28,6 +30,10 @@ _RETRY: Final = 16
 MOST_SUBSTEPS: Final = 256
 #: Samples of a run that are seen as a line.
 _SEEN: Final = 400
+#: Terms of the series of the derivatives of a step.
+_TERMS: Final = 8
+#: How often the step is cut for them at most.
+_PARTS: Final = 64
 
 Checkpoint = Callable[[int, list[Form]], list[Form] | None]
 
@@ -81,6 +87,10 @@ class Record:
         count = len(bounds[names[0]][0]) // len(self.steps) if names else 1
         starts = [s.time + k * s.length / count for s in self.steps for k in range(count)]
         return Tube(np.array(starts), np.array([*starts[1:], self.steps[-1].time + self.steps[-1].length]), bounds)
+
+
+class LeavesRangeError(Exception):
+    """Raised if a state of a plant may leave its range in a ball."""
 
 
 class ReachableSets:
@@ -177,6 +187,7 @@ class ReachableSets:
         free: Sequence[Value],
         kept: int,
         periods: Checkpoint | None = None,
+        first: int = 0,
     ) -> Iterator[Step]:
         """Yield the sets over the steps of a run.
 
@@ -186,21 +197,22 @@ class ReachableSets:
             kept: How many of the first symbols are never reduced.
             periods: Called before each sample but the first with its number and the states, those of plants first;
                 returns the states to go on with, or None to end a run that has no other end.
+            first: Number of the first sample.
 
         Raises:
-            DomainError, NoTubeError: If no enclosure is values.
+            DomainError, NoTubeError: If no enclosure is known.
         """
         equations, step = self.equations, self.equations.step
         before: list[Form] = []
         acting: list[Value] = [np.array([[c, s]]) for c, s in zip(self.centres, self.spread, strict=True)]
         errors: list[Value] = [np.array([[0.0, e]]) for e in equations.errors.values()]
         count = 1
-        for k in itertools.count():
+        for k in itertools.count(first):
             time = k * step
-            flags = [1.0 if k % n == 0 else 0.0 for n in equations.rates.values()]
             columns = [float(v) for v in self.given[k]] if self.columns else []
             values = [_number(a) for a in m]
-            results = Series(self.sample, [time, *x, *values, *free, *columns, *flags, *acting, *errors]).extend()
+            known = [time, *x, *values, *free, *columns, *self.flags(k)]
+            results = Series(self.sample, [*known, *acting, *errors]).extend()
             outputs, updates = results[: len(self.held)], results[len(self.held) :]
             other = [v for n, v in zip(self.columns, columns, strict=True) if n not in self.held]
             constants: list[Value] = [*outputs, *free, *other, *values]
@@ -220,8 +232,8 @@ class ReachableSets:
                     continue
                 width = over[0].shape[-1] if over else 2
                 at = [_over(begin, length, width), *over, *constants, *acting]
-                first = partial(self._instant, begin, x, m, [*constants, *acting])
-                yield Step(begin, length, self._truths(at), over, m, self._shown(at), first)
+                start = partial(self._instant, begin, x, m, [*constants, *acting])
+                yield Step(begin, length, self._truths(at), over, m, self._shown(at), start)
                 x, part = end, part + 1
             boxes = max(a.shape[0] for a in (*x, *m))
             m = [np.broadcast_to(u, (boxes, u.shape[-1])) for u in map(as_form, updates)]
@@ -236,11 +248,159 @@ class ReachableSets:
                 before, rows = rows if changed is rows else [], changed
             x, m = rows[: len(x)], rows[len(x) :]
 
+    @property
+    def cycle(self) -> int:
+        """After how many samples all controllers sample together again."""
+        return math.lcm(*self.equations.rates.values())
+
+    def flags(self, k: int) -> list[float]:
+        """Return the values of the flags at a sample, see `LoopEquations.rates`."""
+        return [1.0 if k % n == 0 else 0.0 for n in self.equations.rates.values()]
+
     def why_aperiodic(self) -> str:
         """Return why the loop is not the same at each period, an empty text if it is."""
         if self.equations.given or any(n.name == TIME for e in self.expressions for n in names_in(e)):
             return "the loop depends on the time, so that no set of its states says what comes after it"
         return ""
+
+
+def image(sets: ReachableSets, rows: Sequence[Form], free: Sequence[Value], phase: int = 0) -> list[Form]:
+    """Return the states a period later than the sample of a number."""
+    count = len(sets.plant)
+    results: list[list[Form]] = []
+
+    def keep(_: int, states: list[Form]) -> None:
+        results.append(states)
+
+    for _ in sets.run(list(rows[:count]), list(rows[count:]), free, 0, keep, phase):
+        pass
+    return results[-1]
+
+
+def flow_slopes(
+    sets: ReachableSets, rows: Sequence[Value], free: Sequence[Value], about: Sequence[Value] | None = None
+) -> Form:
+    """Return the vertices of the derivatives of a loop without controllers, see `period_slopes`."""
+    _require_ranges(sets, rows)
+    beside = None if about is None else [0.0, *about, *free]
+    return Slopes(sets.flow.nodes, sets.plant).vertices([0.0, *rows, *free], beside)
+
+
+def period_slopes(
+    sets: ReachableSets,
+    rows: Sequence[Value],
+    free: Sequence[Value],
+    about: Sequence[Value] | None = None,
+    phase: int = 0,
+    most: int = MOST,
+) -> Form:
+    """Return the vertices of the derivatives of the states after a period by those at its begin.
+
+    Between samples the derivatives X of a plant's states by something obey X' = A X + B with A and B those of the
+    equations along the solution: X is enclosed by the series of Peano and Baker, whose integrals lie in the products of
+    the intervals that hold A and B. The vertices are those of the controllers.
+
+    Args:
+        sets: The loop.
+        rows: A box of states.
+        free: Values of its free params.
+        about: A point of the box for chords from there in place of derivatives.
+        phase: Number of the sample at the begin: it decides which controllers run.
+        most: How many vertices to return at most.
+
+    Returns:
+        Shape (vertices, states, states, 2).
+    """
+    count, size = len(sets.plant), len(rows)
+    plant, memory = [as_form(r) for r in rows[:count]], list(rows[count:])
+    flags = sets.flags(phase)
+    inputs: list[Value] = [0.0, *plant, *memory, *free, *flags]
+    beside = None if about is None else [0.0, *about, *free, *flags]
+    control = Slopes(sets.sample, [*sets.plant, *sets.memory]).vertices(inputs, beside, most)
+    if not count:
+        return control[:, len(sets.held) :]
+    results = Series(sets.sample, inputs).extend()
+    outputs = [as_form(v) for v in results[: len(sets.held)]]
+    length = sets.equations.step
+    tube, parts = plant, 1
+    while True:
+        try:
+            tube = _tubes(sets, plant, [*outputs, *free, *memory], parts)
+            break
+        except NoTubeError:
+            if parts >= _PARTS:
+                raise
+            parts *= 2
+    _require_ranges(sets, tube)
+    between = Slopes(sets.flow.nodes, [*sets.plant, *sets.held])
+    slopes = between.over([np.array([[0.5 * length, 0.5 * length]]), *tube, *outputs, *free, *memory])
+    a, b = slopes[:, :count], slopes[:, count:]
+    identity = np.stack([np.eye(count), np.zeros((count, count))], -1)
+    moved = _series(a, identity, length, 1)
+    by_held = _driven(a, b, length)
+    total = np.zeros((len(control), size, size, 2))
+    total[:, :count] = _product(by_held, control[:, : len(outputs)])
+    total[:, :count, :count] = as_form(forms.plus(moved, total[:, :count, :count]))
+    total[:, count:] = control[:, len(outputs) :]
+    return total
+
+
+def _require_ranges(sets: ReachableSets, rows: Sequence[Value]) -> None:
+    for state, row in zip(sets.equations.plant_states, rows, strict=False):
+        low, high = (float(e[0]) for e in ends(row))
+        if not (state.holds(low) and state.holds(high)):
+            raise LeavesRangeError(f"state '{state.name}' may leave its range: it lies in [{low:.4g}, {high:.4g}]")
+
+
+def _tubes(sets: ReachableSets, plant: Sequence[Form], constants: Sequence[Value], parts: int) -> list[Form]:
+    """Return intervals that hold the plants' states over a whole period."""
+    length = sets.equations.step / parts
+    states = list(plant)
+    low: list[list[Form]] = []
+    high: list[list[Form]] = []
+    for part in range(parts):
+        tube, _ = sets.flow.tube(part * length, length, states, constants)
+        end, _ = sets.flow.advance(part * length, length, states, constants)
+        states = [hulled(e) for e in end]
+        for ends_of, at in ((low, 0), (high, 1)):
+            ends_of.append([ends(t)[at] for t in tube])
+    least, most = np.array(low).min(0), np.array(high).max(0)
+    return [interval(a, b) for a, b in zip(least, most, strict=True)]
+
+
+def _series(a: Form, first: Form, length: float, divisor: int) -> Form:
+    """Return bounds of the sum of A^k F length^k / (divisor (divisor + 1) ...), the first term being F.
+
+    With F = 1 and the divisor 1 it holds X(length) for X' = A X from X = 1; with F = B length and the divisor 2 that
+    for X' = A X + B from X = 0. Each term is an integral of products of A, or of A and B, at different times, which
+    lies in the product of the intervals: so B is a factor of each term, not of their sum.
+    """
+    size = len(a)
+    term, total = first, first
+    for _ in range(_TERMS):
+        term = as_form(forms.scaled(_product(a, term), length / divisor))
+        total = as_form(forms.plus(total, term))
+        divisor += 1
+    norm = float(np.max(np.abs(a[..., 0]) + a[..., 1], initial=0.0)) * size * length
+    if not norm <= 0.5 * divisor:
+        raise NoTubeError
+    rest = total.copy()
+    last = float(np.max(np.abs(term[..., 0]) + term[..., 1], initial=0.0))
+    rest[..., 1] += 2.0 * last * size * norm / divisor + 1e-300
+    return rest
+
+
+def _driven(a: Form, b: Form, length: float) -> Form:
+    """Return bounds of X(length) for X' = A X + B from X = 0."""
+    return _series(a, as_form(forms.scaled(b, length)), length, 2)
+
+
+def _product(a: Form, b: Form) -> Form:
+    """Return the product of matrices of intervals, shapes (..., rows, n, 2) and (..., n, columns, 2)."""
+    total: Value = np.zeros((*b.shape[:-3], a.shape[-3], b.shape[-2], 2))
+    for k in range(a.shape[-2]):
+        total = forms.plus(total, forms.times(a[..., :, k, None, :], b[..., None, k, :, :]))
+    return as_form(total)
 
 
 def within(state: PlantState, low: Form, high: Form) -> Mask:

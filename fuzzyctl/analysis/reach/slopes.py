@@ -92,7 +92,8 @@ class Slopes:
         needed = set(self.nodes.values)
         for at in reversed(locals_):
             if at in needed:
-                needed.update(locals_[at].parts)
+                acts = locals_[at].slopes.any((0, 2))
+                needed.update(p for p, act in zip(locals_[at].parts, acts, strict=True) if act)
         varied: dict[int, Form] = {}
         effects: dict[int, float] = {}
         for at, local in locals_.items():

@@ -19,24 +19,24 @@ Source:
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from fuzzyctl.analysis.reach import forms
-from fuzzyctl.analysis.reach.flow import NoTubeError
 from fuzzyctl.analysis.reach.forms import DomainError, Form, Value, as_form, ends, hulled, interval
-from fuzzyctl.analysis.reach.reach import ReachableSets
+from fuzzyctl.analysis.reach.reach import ReachableSets, flow_slopes, image, period_slopes
 from fuzzyctl.analysis.reach.series import Series, is_zero
-from fuzzyctl.analysis.reach.slopes import Slopes
+from fuzzyctl.analysis.reach.slopes import MOST, Slopes
 from fuzzyctl.analysis.work import clock
 
-#: Terms of the series of the derivatives of a step.
-_TERMS: Final = 8
-#: How often the step is cut for them at most.
-_PARTS: Final = 64
+#: Most samples after which controllers of several rates sample together again.
+MOST_CYCLE: Final = 64
+#: Fewest vertices at each sample of a cycle that are allowed; the more samples, the fewer.
+_FEWEST: Final = 8
+#: Doublings of a series of powers of matrices.
+_DOUBLINGS: Final = 40
 #: How often a ball is widened, and norms that are tried.
 _BALLS: Final = 4
 _NORMS: Final = 3
@@ -48,60 +48,73 @@ _FACTOR: Final = 8.0
 _WEIGHTS: Final = 8
 _NEWTON: Final = 12
 
+#: A matrix of rational numbers.
+Exact = list[list[Fraction]]
 
-class Contraction(NamedTuple):
-    """A ball that a period maps into itself.
+
+class Ball(NamedTuple):
+    """The states z with |basis^-1 (z - centre)| <= radius, at one sample of a cycle.
 
     Args:
-        rate: The largest factor by which distances shrink in a period.
-        radius: The radius of the ball in the coordinates.
         centre: Of the states, those of plants first.
         basis: Columns: the coordinates. The Lyapunov function is z' P z with P = (basis basis')^-1.
-        vertices: Derivatives whose convex hull holds all over the ball, centres and radii, shape (vertices, states,
-            states, 2): of the map of a period, or of a differential equation.
-        continuous: Whether they are those of a differential equation.
-        to_rest: Whether they are chords from a point of rest, so that distances to it shrink, in place of derivatives.
+        radius: The radius of the ball in the coordinates.
+        near: How far a point of rest is from the centre at most; 0 unless distances to it shrink.
+        rate: The largest factor by which distances shrink up to the next sample.
+    """
+
+    centre: Form
+    basis: Form
+    radius: float
+    near: float
+    rate: float
+
+
+class Contraction(NamedTuple):
+    """A ball that a cycle of samples maps into itself.
+
+    Args:
+        rate: The largest factor by which distances shrink in a cycle.
+        balls: One for each sample of the cycle: each is mapped into the next one, the last into the first.
+        continuous: Whether the loop is a differential equation.
+        to_rest: Whether distances to a point of rest shrink, in place of all distances.
     """
 
     rate: float
-    radius: float
-    centre: Form
-    basis: Form
-    vertices: Form
+    balls: tuple[Ball, ...]
     continuous: bool
     to_rest: bool
 
     def rows(self, kept: int) -> list[Form]:
-        """Return a parallelotope that holds the ball and a larger one around a point of rest, see `_contracted`.
+        """Return a parallelotope that holds the first ball and a larger one around a point of rest, see `_contracted`.
 
         Args:
             kept: How many symbols of other signals come first.
         """
-        spread = self.basis * self.radius * (1.0 + 3.0 * _NEAR)
-        slack = 1e-12 * (1.0 + np.abs(self.centre))
-        whole = [self.centre[:, None], slack[:, None], np.zeros((len(self.centre), kept)), spread]
+        ball = self.balls[0]
+        spread = ball.basis * ball.radius * (1.0 + 3.0 * _NEAR)
+        slack = 1e-12 * (1.0 + np.abs(ball.centre))
+        whole = [ball.centre[:, None], slack[:, None], np.zeros((len(spread), kept)), spread]
         return list(np.concatenate(whole, 1)[:, None, :])
-
-
-class LeavesRangeError(Exception):
-    """Raised if a state of a plant may leave its range in a ball."""
 
 
 def contraction(
     sets: ReachableSets, rows: Sequence[Form], free: Sequence[Value], motion: tuple[Form, Form] | None, until: float
 ) -> Contraction | None:
-    """Return a ball that holds some states, and that a period of the loop contracts; None if none is proved.
+    """Return a ball that holds some states, and that a cycle of the loop contracts; None if none is proved.
 
     Args:
         sets: The loop, its equations without time.
-        rows: The states of one box.
+        rows: The states of one box at the begin of a cycle.
         free: Values of its free params.
-        motion: How a set moves in a period, see `sets.modes`.
+        motion: How a set moves in a cycle, see `sets.modes`.
         until: Processor seconds at which the time is over.
 
     Raises:
         DomainError, NoTubeError, LeavesRangeError: If no bound of the derivatives is known there.
     """
+    if sets.cycle > MOST_CYCLE:
+        return None
     whole = np.stack(rows)[:, 0, :]
     sizes = np.abs(whole[:, 1:]).sum(1)
     # Not the norm of a mode, which underflows for states that stay constant.
@@ -110,7 +123,7 @@ def contraction(
     basis = basis / np.where(largest > 0.0, largest, 1.0)
     fixed = [hulled(as_form(f)) for f in free]
     loop = _Family(sets, fixed, bool(sets.plant) and not sets.memory and not sets.held, until)
-    outcome: Contraction | Form = np.zeros((0, len(whole), len(whole), 2))
+    outcome: Contraction | list[Form] = []
     refusal: DomainError | None = None
     try:
         outcome = _searched(loop, whole, whole[:, 0], basis, None)
@@ -125,20 +138,20 @@ def contraction(
     return outcome if isinstance(outcome, Contraction) else None
 
 
-def sectors(sets: ReachableSets, free: Sequence[Value], ball: Contraction) -> list[str]:
+def sectors(sets: ReachableSets, free: Sequence[Value], proof: Contraction) -> list[str]:
     """Return the sectors of tables of one input over a ball, in words, see `Slopes.sectors`."""
+    ball = proof.balls[0]
     reach = np.sqrt((ball.basis**2).sum(1)) * ball.radius
-    loop = _Family(sets, [hulled(as_form(f)) for f in free], ball.continuous, math.inf)
+    loop = _Family(sets, [hulled(as_form(f)) for f in free], proof.continuous, math.inf)
     rows, about = loop.around(ball.centre, reach), loop.around(ball.centre, None)
-    if ball.continuous:
+    if proof.continuous:
         return Slopes(sets.flow.nodes, sets.plant).sectors(*([0.0, *v, *loop.free] for v in (rows, about)))
-    flags = [1.0] * len(sets.equations.rates)
     states = [*sets.plant, *sets.memory]
-    return Slopes(sets.sample, states).sectors(*([0.0, *v, *loop.free, *flags] for v in (rows, about)))
+    return Slopes(sets.sample, states).sectors(*([0.0, *v, *loop.free, *sets.flags(0)] for v in (rows, about)))
 
 
-def _searched(loop: _Family, whole: Form, centre: Form, basis: Form, beside: float | None) -> Contraction | Form:
-    """Return a ball around a centre that holds a set and contracts, or the vertices over the last ball that was tried.
+def _searched(loop: _Family, whole: Form, centre: Form, basis: Form, beside: float | None) -> Contraction | list[Form]:
+    """Return a ball around a centre that holds a set and contracts, or the vertices over the last balls tried.
 
     Args:
         loop: The loop.
@@ -149,50 +162,65 @@ def _searched(loop: _Family, whole: Form, centre: Form, basis: Form, beside: flo
             ball around it of this part of the radius.
     """
     apart = np.concatenate([(whole[:, 0] - centre)[:, None], whole[:, 1:2] * np.eye(len(whole)), whole[:, 2:]], 1)
-    vertices: Form = np.zeros((0, len(whole), len(whole), 2))
+    vertices: list[Form] = []
+    centres = [centre] * loop.cycle if beside == 0.0 else loop.path(centre)[:-1]
+    bases: list[Form] | None = [basis] if loop.cycle == 1 else loop.bases(centres, basis, chords=beside is not None)
     for _ in range(_NORMS):
-        exact = _inverted([[Fraction(x) for x in row] for row in basis.tolist()]) if np.isfinite(basis).all() else None
-        if exact is None:
+        if bases is None or (inverses := _exact_inverses(bases)) is None:
             return vertices
-        inverse = np.array([[float(x) for x in row] for row in exact])
+        inverse = _rounded(inverses[0])
         sides = np.abs(inverse @ apart).sum(1) + 1e-14 * (np.abs(inverse) @ np.abs(apart)).sum(1)
         radius = float(np.sqrt((sides**2).sum())) * (1.0 + 1e-9) + 1e-300
-        outcome = _contracted(loop, centre, basis, inverse, radius, beside)
+        outcome = _contracted(loop, centres, bases, inverses, radius, beside)
         if isinstance(outcome, Contraction):
             return outcome
         vertices = outcome
-        proposed = common_basis(vertices[..., 0], basis, loop.continuous)
-        if proposed is None:
-            return vertices
-        basis = proposed
+        bases = common_bases([v[..., 0] for v in vertices], bases, loop.continuous)
     return vertices
 
 
 def _contracted(
-    loop: _Family, centre: Form, basis: Form, inverse: Form, radius: float, beside: float | None
-) -> Contraction | Form:
-    """Return a ball of at least a radius that contracts, or the vertices over one that does not.
+    loop: _Family,
+    centres: Sequence[Form],
+    bases: Sequence[Form],
+    inverses: Sequence[Exact],
+    radius: float,
+    beside: float | None,
+) -> Contraction | list[Form]:
+    """Return balls that contract, the first of at least a radius, or the vertices over balls that do not.
+
+    A ball of radius r lies in one of radius q r + d at the next sample: q bounds the slopes, d is the distance between
+    the image of its centre and the next centre.
 
     Raises:
         DomainError, NoTubeError, LeavesRangeError: If no bound of the derivatives is known there.
     """
     bound, limit = (growth_bound, 0.0) if loop.continuous else (norm_bound, 1.0)
-    lengths = np.sqrt((basis**2).sum(1)) * (1.0 + 1e-9)
-    drift = 0.0 if beside == 0.0 else loop.drift(centre, inverse)
+    following = [*inverses[1:], inverses[0]]
+    rounded = [_rounded(inverse) for inverse in following]
+    lengths = [np.sqrt((b**2).sum(1)) * (1.0 + 1e-9) for b in bases]
+    drifts = [0.0] * loop.cycle if beside == 0.0 else loop.drifts(centres, rounded)
     for _ in range(_BALLS):
-        near = radius * (beside or 0.0)  # how far the point of rest may be from the centre
-        about = None if beside is None else loop.around(centre, lengths * near if near else None)
-        reach = lengths * (radius + 2.0 * near) + 1e-12 * (1.0 + np.abs(centre))
-        vertices = loop.vertices(loop.around(centre, reach), about)
-        if not proposed_bound(vertices, basis, inverse, loop.continuous) < limit:
+        begin = near = radius * (beside or 0.0)  # how far the point of rest may be from the centre
+        size, total, drift = radius, 1.0, 0.0
+        vertices, balls = list[Form](), list[Ball]()
+        for k, (centre, basis) in enumerate(zip(centres, bases, strict=True)):
+            about = None if beside is None else loop.around(centre, lengths[k] * near if near else None)
+            reach = lengths[k] * (size + 2.0 * near) + 1e-12 * (1.0 + np.abs(centre))
+            vertices.append(loop.vertices(loop.around(centre, reach), about, k))
+            if len(balls) < k or not proposed_bound(vertices[k], basis, rounded[k], loop.continuous) < limit:
+                continue
+            rate = max(bound(v, basis, following[k]) for v in vertices[k])
+            if rate < limit:
+                balls.append(Ball(centre, basis, size, near, rate))
+                total, drift = total * rate * (1.0 + 1e-15), (abs(rate) * drift + drifts[k]) * (1.0 + 1e-15)
+                size, near = ((rate * a + drifts[k]) * (1.0 + 1e-12) for a in (size, near))
+        if len(balls) < loop.cycle:
             return vertices
-        rate = max(bound(v, basis) for v in vertices)
-        if not rate < limit:
-            return vertices
-        needed = drift / (limit - rate) * (1.0 + 1e-9)
-        if needed <= (near if beside is not None else radius):
-            factor = math.exp(rate * loop.sets.equations.step) if loop.continuous else rate
-            return Contraction(factor, radius, centre, basis, vertices, loop.continuous, beside is not None)
+        needed = drift / (limit - total) * (1.0 + 1e-9)
+        if needed <= (begin if beside is not None else radius):
+            factor = math.exp(total * loop.sets.equations.step) if loop.continuous else total
+            return Contraction(factor, tuple(balls), loop.continuous, beside is not None)
         if beside is not None:
             return vertices
         radius = 1.05 * needed
@@ -214,36 +242,86 @@ class _Family(NamedTuple):
     continuous: bool
     until: float
 
+    @property
+    def cycle(self) -> int:
+        """After how many samples the controllers sample together again."""
+        return self.sets.cycle
+
     def around(self, centre: Form, reach: Form | None) -> list[Value]:
         """Return intervals around a centre, or the numbers themselves."""
         if reach is None:
             return [float(c) for c in centre]
         return [interval(np.array([c - w]), np.array([c + w])) for c, w in zip(centre, reach, strict=True)]
 
-    def vertices(self, box: Sequence[Value], about: Sequence[Value] | None) -> Form:
+    def vertices(self, box: Sequence[Value], about: Sequence[Value] | None, phase: int) -> Form:
         """Return the vertices over a box, see `flow_slopes` and `period_slopes`."""
         if clock.used() > self.until:
             raise DomainError("the time is over")
-        return (flow_slopes if self.continuous else period_slopes)(self.sets, box, self.free, about)
+        if self.continuous:
+            return flow_slopes(self.sets, box, self.free, about)
+        return period_slopes(self.sets, box, self.free, about, phase, max(MOST // self.cycle, _FEWEST))
 
-    def moved(self, centre: Form) -> tuple[Form, Form]:
-        """Return how far a point moves in a period at least and at most, or its rates."""
+    def moved(self, centre: Form, phase: int) -> tuple[Form, Form]:
+        """Return the ends of the image of a point at the next sample, or of its rates."""
         rows: list[Value] = [np.array([[c, 0.0]]) for c in centre]
         if self.continuous:
-            rates = Series(self.sets.flow.nodes, [0.0, *rows, *self.free]).extend()
-            low, high = (np.array([float(e[0]) for e in x]) for x in zip(*map(ends, rates), strict=True))
-            return low, high
-        image = _image(self.sets, [as_form(r) for r in rows], self.free)
-        low, high = (np.array([float(e[0]) for e in x]) for x in zip(*map(ends, image), strict=True))
-        rounding = 1e-15 * np.abs(centre)
-        return low - centre - rounding, high - centre + rounding
+            results = Series(self.sets.flow.nodes, [0.0, *rows, *self.free]).extend()
+        else:
+            results = [*image(self.sets, [as_form(r) for r in rows], self.free, phase)]
+        low, high = (np.array([float(e[0]) for e in x]) for x in zip(*map(ends, results), strict=True))
+        return low, high
 
-    def drift(self, centre: Form, inverse: Form) -> float:
-        """Return how far a point moves at most, in the coordinates."""
-        low, high = self.moved(centre)
-        return float(np.linalg.norm(np.abs(inverse) @ np.maximum(np.abs(low), np.abs(high)))) * (1.0 + 1e-9)
+    def path(self, centre: Form) -> list[Form]:
+        """Return a point and about its images up to the end of a cycle."""
+        points = [centre]
+        for phase in range(self.cycle):
+            low, high = self.moved(points[-1], phase)
+            points.append(0.5 * (low + high) + (centre if self.continuous else 0.0))
+        return points
 
-    def rest(self, whole: Form, vertices: Form) -> tuple[Form, Form, float] | None:
+    def drifts(self, centres: Sequence[Form], inverses: Sequence[Form]) -> list[float]:
+        """Return how far the image of each centre is from the next one at most, in the coordinates there."""
+        results = []
+        for k, (centre, inverse) in enumerate(zip(centres, inverses, strict=True)):
+            target = np.zeros(len(centre)) if self.continuous else centres[(k + 1) % self.cycle]
+            low, high = self.moved(centre, k)
+            apart = np.maximum(np.abs(low - target), np.abs(high - target)) + 1e-15 * np.abs(target)
+            results.append(float(np.linalg.norm(np.abs(inverse) @ apart)) * (1.0 + 1e-9))
+        return results
+
+    def bases(self, centres: Sequence[Form], basis: Form, *, chords: bool) -> list[Form] | None:
+        """Return coordinates for each sample of a cycle in which the slopes at some points shrink.
+
+        With M of these slopes, P = Q + M' P M / r^2, the next P on the right, gives a linear loop a common rate r; the
+        first P is a series, summed by doubling.
+        """
+        target = np.linalg.inv(basis @ basis.T)
+        slopes = []
+        for k, centre in enumerate(centres):
+            box = self.around(centre, 1e-9 * (1e-6 + np.abs(centre)))
+            slopes.append(self.vertices(box, self.around(centre, None) if chords else None, k)[..., 0].mean(0))
+        whole = np.eye(len(basis))
+        for m in slopes:
+            whole = m @ whole
+        radius = float(np.abs(np.linalg.eigvals(whole)).max())
+        rate = (math.sqrt(radius) if radius < 1.0 else 1.1 * radius) ** (1.0 / self.cycle) or 0.5
+        slopes = [m / rate for m in slopes]
+        first = np.zeros_like(target)
+        for m in reversed(slopes):
+            first = target + m.T @ first @ m
+        power = whole / rate**self.cycle
+        for _ in range(_DOUBLINGS):
+            first, power = first + power.T @ first @ power, power @ power
+        forms = [first]
+        for m in reversed(slopes[1:]):
+            forms.append(target + m.T @ forms[-1] @ m)
+        forms = [forms[0], *forms[:0:-1]]
+        try:
+            return [np.linalg.inv(np.linalg.cholesky(0.5 * (p + p.T) / np.abs(first).max())).T for p in forms]
+        except np.linalg.LinAlgError:  # no digits are left
+            return None
+
+    def rest(self, whole: Form, vertices: Sequence[Form]) -> tuple[Form, Form, float] | None:
         """Return a centre near a point of rest, coordinates, and how near, see `_searched`; None if none is known.
 
         0 is one if the equations say so in exact numbers; else steps of Newton propose one.
@@ -256,153 +334,22 @@ class _Family(NamedTuple):
             count = 0 if self.continuous else len(sets.held)
             still = Series(sets.flow.nodes, [0.0, *zeros[: len(sets.plant)], *[0.0] * count, *self.free,
                                              *zeros[len(sets.plant) :]], exact=True).extend()  # fmt: skip
-            if not self.continuous:
-                flags = [1.0] * len(sets.equations.rates)
+            for flags in [] if self.continuous else {tuple(sets.flags(k)) for k in range(self.cycle)}:
                 still += Series(sets.sample, [0.0, *zeros, *self.free, *flags], exact=True).extend()
             if all(is_zero(v) for v in still):
                 return np.zeros(size), basis, 0.0
-        if not len(vertices):
+        if not vertices:
             return None
-        centre, slopes = whole[:, 0], vertices[..., 0].mean(0) - (0.0 if self.continuous else np.eye(size))
+        centre, slopes = whole[:, 0], np.eye(size)
+        for v in vertices:
+            slopes = v[..., 0].mean(0) @ slopes
+        slopes = slopes - (0.0 if self.continuous else np.eye(size))
         for _ in range(3):
-            low, high = self.moved(centre)
             try:
-                centre = centre - np.linalg.solve(slopes, 0.5 * (low + high))
+                centre = centre - np.linalg.solve(slopes, self.path(centre)[-1] - centre)
             except np.linalg.LinAlgError:
                 return None
         return (centre, basis, _NEAR) if np.all(np.isfinite(centre)) else None
-
-
-def _image(sets: ReachableSets, rows: Sequence[Form], free: Sequence[Value]) -> list[Form]:
-    """Return the states after a period."""
-    count = len(sets.plant)
-    results: list[list[Form]] = []
-
-    def keep(_: int, states: list[Form]) -> None:
-        results.append(states)
-
-    for _ in sets.run(list(rows[:count]), list(rows[count:]), free, 0, keep):
-        pass
-    return results[-1]
-
-
-def flow_slopes(
-    sets: ReachableSets, rows: Sequence[Value], free: Sequence[Value], about: Sequence[Value] | None = None
-) -> Form:
-    """Return the vertices of the derivatives of a loop without controllers, see `period_slopes`."""
-    _require_ranges(sets, rows)
-    beside = None if about is None else [0.0, *about, *free]
-    return Slopes(sets.flow.nodes, sets.plant).vertices([0.0, *rows, *free], beside)
-
-
-def period_slopes(
-    sets: ReachableSets, rows: Sequence[Value], free: Sequence[Value], about: Sequence[Value] | None = None
-) -> Form:
-    """Return the vertices of the derivatives of the states after a period by those at its begin.
-
-    Between samples the derivatives X of a plant's states by something obey X' = A X + B with A and B those of the
-    equations along the solution: X is enclosed by the series of Peano and Baker, whose integrals lie in the products of
-    the intervals that hold A and B. The vertices are those of the controllers.
-
-    Args:
-        sets: The loop.
-        rows: A box of states.
-        free: Values of its free params.
-        about: A point of the box for chords from there in place of derivatives.
-
-    Returns:
-        Shape (vertices, states, states, 2).
-    """
-    count, size = len(sets.plant), len(rows)
-    plant, memory = [as_form(r) for r in rows[:count]], list(rows[count:])
-    flags = [1.0] * len(sets.equations.rates)
-    inputs: list[Value] = [0.0, *plant, *memory, *free, *flags]
-    beside = None if about is None else [0.0, *about, *free, *flags]
-    control = Slopes(sets.sample, [*sets.plant, *sets.memory]).vertices(inputs, beside)
-    if not count:
-        return control[:, len(sets.held) :]
-    results = Series(sets.sample, inputs).extend()
-    outputs = [as_form(v) for v in results[: len(sets.held)]]
-    length = sets.equations.step
-    tube, parts = plant, 1
-    while True:
-        try:
-            tube = _tubes(sets, plant, [*outputs, *free, *memory], parts)
-            break
-        except NoTubeError:
-            if parts >= _PARTS:
-                raise
-            parts *= 2
-    _require_ranges(sets, tube)
-    between = Slopes(sets.flow.nodes, [*sets.plant, *sets.held])
-    slopes = between.over([np.array([[0.5 * length, 0.5 * length]]), *tube, *outputs, *free, *memory])
-    a, b = slopes[:, :count], slopes[:, count:]
-    identity = np.stack([np.eye(count), np.zeros((count, count))], -1)
-    moved = _series(a, identity, length, 1)
-    by_held = _driven(a, b, length)
-    total = np.zeros((len(control), size, size, 2))
-    total[:, :count] = _product(by_held, control[:, : len(outputs)])
-    total[:, :count, :count] = as_form(forms.plus(moved, total[:, :count, :count]))
-    total[:, count:] = control[:, len(outputs) :]
-    return total
-
-
-def _require_ranges(sets: ReachableSets, rows: Sequence[Value]) -> None:
-    for state, row in zip(sets.equations.plant_states, rows, strict=False):
-        low, high = (float(e[0]) for e in ends(row))
-        if not (state.holds(low) and state.holds(high)):
-            raise LeavesRangeError(f"state '{state.name}' may leave its range: it lies in [{low:.4g}, {high:.4g}]")
-
-
-def _tubes(sets: ReachableSets, plant: Sequence[Form], constants: Sequence[Value], parts: int) -> list[Form]:
-    """Return intervals that hold the plants' states over a whole period."""
-    length = sets.equations.step / parts
-    states = list(plant)
-    low: list[list[Form]] = []
-    high: list[list[Form]] = []
-    for part in range(parts):
-        tube, _ = sets.flow.tube(part * length, length, states, constants)
-        end, _ = sets.flow.advance(part * length, length, states, constants)
-        states = [hulled(e) for e in end]
-        for ends_of, at in ((low, 0), (high, 1)):
-            ends_of.append([ends(t)[at] for t in tube])
-    least, most = np.array(low).min(0), np.array(high).max(0)
-    return [interval(a, b) for a, b in zip(least, most, strict=True)]
-
-
-def _series(a: Form, first: Form, length: float, divisor: int) -> Form:
-    """Return bounds of the sum of A^k F length^k / (divisor (divisor + 1) ...), the first term being F.
-
-    With F = 1 and the divisor 1 it holds X(length) for X' = A X from X = 1; with F = B length and the divisor 2 that
-    for X' = A X + B from X = 0. Each term is an integral of products of A, or of A and B, at different times, which
-    lies in the product of the intervals: so B is a factor of each term, not of their sum.
-    """
-    size = len(a)
-    term, total = first, first
-    for _ in range(_TERMS):
-        term = as_form(forms.scaled(_product(a, term), length / divisor))
-        total = as_form(forms.plus(total, term))
-        divisor += 1
-    norm = float(np.max(np.abs(a[..., 0]) + a[..., 1], initial=0.0)) * size * length
-    if not norm <= 0.5 * divisor:
-        raise NoTubeError
-    rest = total.copy()
-    last = float(np.max(np.abs(term[..., 0]) + term[..., 1], initial=0.0))
-    rest[..., 1] += 2.0 * last * size * norm / divisor + 1e-300
-    return rest
-
-
-def _driven(a: Form, b: Form, length: float) -> Form:
-    """Return bounds of X(length) for X' = A X + B from X = 0."""
-    return _series(a, as_form(forms.scaled(b, length)), length, 2)
-
-
-def _product(a: Form, b: Form) -> Form:
-    """Return the product of matrices of intervals, shapes (..., rows, n, 2) and (..., n, columns, 2)."""
-    total: Value = np.zeros((*b.shape[:-3], a.shape[-3], b.shape[-2], 2))
-    for k in range(a.shape[-2]):
-        total = forms.plus(total, forms.times(a[..., :, k, None, :], b[..., None, k, :, :]))
-    return as_form(total)
 
 
 def proposed_bound(vertices: Form, basis: Form, inverse: Form, continuous: bool) -> float:
@@ -416,75 +363,103 @@ def proposed_bound(vertices: Form, basis: Form, inverse: Form, continuous: bool)
     return float((np.linalg.norm(middle, 2, (1, 2)) + apart).max())
 
 
-def common_basis(centres: Form, basis: Form, continuous: bool) -> Form | None:
-    """Return coordinates in which each of some matrices contracts, or nearly; None if a barrier method finds none.
+def common_bases(centres: Sequence[Form], bases: Sequence[Form], continuous: bool) -> list[Form] | None:
+    """Return coordinates in which some matrices contract, or nearly; None if a barrier method finds none.
 
-    It maximises t subject to P <= 1 and P - M'PM >= t, or -(M'P + PM) >= t |M|, for the matrices M in the coordinates.
+    It maximises t subject to P <= 1 and P - M'RM >= t, or -(M'P + PM) >= t |M|, for the matrices M in the coordinates;
+    R is the form of the next sample of a cycle, which is P if there is one sample.
 
     Args:
-        centres: The matrices, shape (vertices, n, n).
-        basis: The coordinates to begin with.
-        continuous: Whether they are of a differential equation.
+        centres: The matrices of each sample, shapes (vertices, n, n).
+        bases: The coordinates to begin with at each sample.
+        continuous: Whether the matrices are of a differential equation.
     """
-    n = len(basis)
-    matrices = np.linalg.solve(basis, centres @ basis)
-    if not np.all(np.isfinite(matrices)):
-        return None
+    n, phases = len(bases[0]), len(bases)
     rows, columns = np.triu_indices(n)
-    units = np.zeros((len(rows), n, n))
-    units[range(len(rows)), rows, columns] = units[range(len(rows)), columns, rows] = 1.0
-    turned = np.swapaxes(matrices, 1, 2)[:, None]
-    if continuous:
-        moved = turned @ units
-        moved = (
-            -(moved + np.swapaxes(moved, 2, 3)) / (np.linalg.norm(matrices, 2, (1, 2)) + 1e-300)[:, None, None, None]
-        )
-    else:
-        moved = units - turned @ units @ matrices[:, None]
-    linear = np.concatenate([moved, -units[None], units[None]])  # and P <= 1, P >= 0
-    constant = np.zeros((len(linear), n, n))
-    constant[-2] = np.eye(n)
-    slack = np.zeros((len(linear), 1, n, n))
-    slack[:-2, 0] = -np.eye(n)
-    linear = np.concatenate([linear, slack], 1)
-    y = np.append(0.5 * (rows == columns), 0.0)
-
-    def sides(y: Form) -> Form:
-        return np.asarray(constant + np.einsum("k,vkij->vij", y, linear))
-
-    y[-1] = float(np.linalg.eigvalsh(sides(y)[:-2])[:, 0].min()) - 1.0
+    size = len(rows)
+    units = np.zeros((size, n, n))
+    units[range(size), rows, columns] = units[range(size), columns, rows] = 1.0
+    sides = list[_Side]()
+    for k, (basis, group) in enumerate(zip(bases, centres, strict=True)):
+        following = (k + 1) % phases
+        matrices = np.linalg.solve(bases[following], group @ basis)
+        if not np.all(np.isfinite(matrices)):
+            return None
+        turned = np.swapaxes(matrices, 1, 2)[:, None]
+        own, other = np.broadcast_to(units, (len(group), size, n, n)), turned @ units @ matrices[:, None]
+        if continuous:
+            moved = turned @ units
+            lengths = (np.linalg.norm(matrices, 2, (1, 2)) + 1e-300)[:, None, None, None]
+            linear = -(moved + np.swapaxes(moved, 2, 3)) / lengths
+        else:
+            linear = own - other if phases == 1 else np.concatenate([own, -other], 1)
+        places = [*range(k * size, (k + 1) * size)]
+        both = places if phases == 1 else [*places, *range(following * size, (following + 1) * size)]
+        slack = np.broadcast_to(-np.eye(n), (len(group), 1, n, n))
+        sides.append(_Side(np.array([*both, phases * size]), np.concatenate([linear, slack], 1), np.zeros((1, n, n))))
+        ends_of = np.stack([-units, units])  # P <= 1, P >= 0
+        sides.append(_Side(np.array(places), ends_of, np.stack([np.eye(n), np.zeros((n, n))])))
+    y = np.append(np.tile(0.5 * (rows == columns), phases), 0.0)
+    y[-1] = min(s.least(y) for s in sides[::2]) - 1.0
     weight = _FIRST
     try:
         for _ in range(_WEIGHTS):
-            y = _centred(sides, linear, y, weight)
+            y = _centred(sides, y, weight)
             weight *= _FACTOR
-        root = np.linalg.cholesky(np.einsum("k,kij->ij", y[:-1], units))
+        forms = np.einsum("pk,kij->pij", y[:-1].reshape(phases, size), units)
+        roots = np.linalg.cholesky(forms)
     except np.linalg.LinAlgError:  # its numbers have no digits left
         return None
     if not y[-1] > 0.0:
         return None
-    wanted = basis @ np.linalg.inv(root).T
-    return np.asarray(wanted / np.abs(wanted).max())
+    wanted = [basis @ np.linalg.inv(root).T for basis, root in zip(bases, roots, strict=True)]
+    largest = max(float(np.abs(w).max()) for w in wanted)
+    return [np.asarray(w / largest) for w in wanted]
 
 
-def _centred(sides: Callable[[Form], Form], linear: Form, y: Form, weight: float) -> Form:
+class _Side(NamedTuple):
+    """Matrix inequalities: constant + the sum of y[place] times linear, for each of some matrices, is not negative.
+
+    Args:
+        places: Of the variables in y.
+        linear: The coefficients, shape (matrices, places, n, n).
+        constant: Shape (matrices or 1, n, n).
+    """
+
+    places: Any
+    linear: Form
+    constant: Form
+
+    def at(self, y: Form) -> Form:
+        """Return the matrices."""
+        return np.asarray(self.constant + np.einsum("k,vkij->vij", y[self.places], self.linear))
+
+    def least(self, y: Form) -> float:
+        """Return the least eigenvalue of the matrices."""
+        return float(np.linalg.eigvalsh(self.at(y))[:, 0].min())
+
+
+def _centred(sides: Sequence[_Side], y: Form, weight: float) -> Form:
     """Return where -weight t - log det of the sides of matrix inequalities is least, by Newton; t is last in y.
 
     Raises:
         LinAlgError: If a step has no digits.
     """
     for _ in range(_NEWTON):
-        factors = np.linalg.inv(np.linalg.cholesky(sides(y)))[:, None]
-        steep = factors @ linear @ np.swapaxes(factors, 2, 3)
-        flat = steep.swapaxes(0, 1).reshape(len(y), -1)
-        gradient = -np.trace(steep, axis1=2, axis2=3).sum(0)
+        gradient, curvature = np.zeros(len(y)), np.zeros((len(y), len(y)))
+        for side in sides:
+            factors = np.linalg.inv(np.linalg.cholesky(side.at(y)))[:, None]
+            steep = factors @ side.linear @ np.swapaxes(factors, 2, 3)
+            flat = steep.swapaxes(0, 1).reshape(len(side.places), -1)
+            gradient[side.places] -= np.trace(steep, axis1=2, axis2=3).sum(0)
+            curvature[np.ix_(side.places, side.places)] += flat @ flat.T
         gradient[-1] -= weight
-        step = -np.linalg.solve(flat @ flat.T, gradient)
+        step = -np.linalg.solve(curvature, gradient)
         decrement = float(-gradient @ step)
         if not decrement > 1e-4:
             break
         length = 1.0 / (1.0 + math.sqrt(decrement)) if decrement > 0.1 else 1.0
-        while length > 1e-9 and float(np.linalg.eigvalsh(sides(y + length * step))[:, 0].min()) <= 1e-14:
+        while length > 1e-9 and min(s.least(y + length * step) for s in sides) <= 1e-14:
             length *= 0.5
         if length <= 1e-9:
             break
@@ -492,12 +467,13 @@ def _centred(sides: Callable[[Form], Form], linear: Form, y: Form, weight: float
     return y
 
 
-def norm_bound(slopes: Form, basis: Form) -> float:
-    """Return a bound of the norm of all matrices J between some ends, as maps of vectors whose norm is |basis^-1 z|.
+def norm_bound(slopes: Form, basis: Form, inverse: Exact | None = None) -> float:
+    """Return a bound of the norm of all matrices J between some ends, from the norm |basis^-1 z| to |inverse z|.
 
-    Of the centre M the bound q is decided in rational arithmetic: q^2 - M' M is positive definite. Infinite for none.
+    The inverse is that of the basis if none is named. Of the centre M the bound q is decided in rational arithmetic:
+    q^2 - M' M is positive definite. Infinite for none.
     """
-    turned = _turned(slopes, basis)
+    turned = _turned(slopes, basis, inverse)
     if turned is None:
         return math.inf
     middle, apart = turned
@@ -507,12 +483,12 @@ def norm_bound(slopes: Form, basis: Form) -> float:
     return float(q) + apart + 1e-15 if is_positive_definite(_from_diagonal(q * q, gram)) else math.inf
 
 
-def growth_bound(slopes: Form, basis: Form) -> float:
+def growth_bound(slopes: Form, basis: Form, inverse: Exact | None = None) -> float:
     """Return a bound of the logarithmic norm of all matrices J between some ends, see `norm_bound`.
 
     Of the centre M the bound q is decided in rational arithmetic: 2 q - (M + M') is positive definite.
     """
-    turned = _turned(slopes, basis)
+    turned = _turned(slopes, basis, inverse)
     if turned is None:
         return math.inf
     middle, apart = turned
@@ -524,10 +500,10 @@ def growth_bound(slopes: Form, basis: Form) -> float:
     return float(q) + apart + rounding if is_positive_definite(_from_diagonal(2 * q, both)) else math.inf
 
 
-def _turned(slopes: Form, basis: Form) -> tuple[list[list[Fraction]], float] | None:
+def _turned(slopes: Form, basis: Form, inverse: Exact | None) -> tuple[Exact, float] | None:
     """Return the centre of matrices between some ends in some coordinates, and how far others lie from it at most."""
     exact_basis = [[Fraction(x) for x in row] for row in basis.tolist()]
-    exact_inverse = _inverted(exact_basis)
+    exact_inverse = inverse or _inverted(exact_basis)
     if exact_inverse is None or not np.all(np.isfinite(slopes)):
         return None
     centre = [[Fraction(x) for x in row] for row in slopes[..., 0].tolist()]
@@ -535,6 +511,21 @@ def _turned(slopes: Form, basis: Form) -> tuple[list[list[Fraction]], float] | N
     exact = np.array([[abs(float(x)) * (1.0 + 1e-15) for x in row] for row in exact_inverse])
     spread = exact @ slopes[..., 1] @ np.abs(basis) * (1.0 + 1e-12)
     return middle, float(np.sqrt((spread**2).sum())) * (1.0 + 1e-12)
+
+
+def _exact_inverses(bases: Sequence[Form]) -> list[Exact] | None:
+    """Return the inverses of some matrices of numbers, None if one has none."""
+    inverses = list[Exact]()
+    for basis in bases:
+        exact = _inverted([[Fraction(x) for x in row] for row in basis.tolist()]) if np.isfinite(basis).all() else None
+        if exact is None:
+            return None
+        inverses.append(exact)
+    return inverses
+
+
+def _rounded(matrix: Exact) -> Form:
+    return np.array([[float(x) for x in row] for row in matrix])
 
 
 def _from_diagonal(value: Fraction, matrix: Sequence[Sequence[Fraction]]) -> list[list[Fraction]]:

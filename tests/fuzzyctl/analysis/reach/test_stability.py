@@ -8,6 +8,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl import Proved, loads
+from fuzzyctl.analysis.reach import reach
 from fuzzyctl.analysis.reach.forms import ends, interval
 from fuzzyctl.analysis.reach.prover import LoopProver, stability
 from fuzzyctl.analysis.reach.reach import ReachableSets
@@ -88,8 +89,8 @@ def test_an_input_that_acts_differently_within_a_period_counts():
     b[..., 1] = r
     s = np.linspace(0.0, length, 10001)
     worst = r * np.trapezoid(np.abs(np.cos(s)) + np.abs(np.sin(s)), s)
-    assert ends(stability._driven(a, b, length))[1][0, 0] >= worst
-    exact = stability._series(a, np.stack([np.eye(2), np.zeros((2, 2))], -1), 1.0, 1)
+    assert ends(reach._driven(a, b, length))[1][0, 0] >= worst
+    exact = reach._series(a, np.stack([np.eye(2), np.zeros((2, 2))], -1), 1.0, 1)
     assert np.all(np.abs(exact[..., 0] - [[math.cos(1), math.sin(1)], [-math.sin(1), math.cos(1)]]) <= exact[..., 1])
     assert float(exact[..., 1].max()) < 1e-3
 
@@ -135,10 +136,10 @@ def test_the_vertices_of_a_period_hold_difference_quotients(text, low, high, cho
     for _ in range(2):
         c = random.uniform(low, high)
         about = list(map(float, c)) if chords else None
-        vertices = stability.period_slopes(sets, boxed(low, high), [], about)
+        vertices = reach.period_slopes(sets, boxed(low, high), [], about)
         for _ in range(3):
             a, b = random.uniform(low, high), c if chords else random.uniform(low, high)
-            images = [stability._image(sets, [np.array([[x, 0.0]]) for x in z], []) for z in (a, b)]
+            images = [reach.image(sets, [np.array([[x, 0.0]]) for x in z], []) for z in (a, b)]
             first, second = (np.array([r[0, 0] for r in rows]) for rows in images)
             slack = 1e-9 + sum(np.array([np.abs(r[0, 1:]).sum() for r in rows]) for rows in images)
             aims = (*np.eye(len(low)), random.normal(size=len(low)))
@@ -234,7 +235,7 @@ def test_vertices_of_equations_hold_chords(formulas, about):
             low, high = low - width, high + width
         for point in (around, None):
             try:
-                vertices = stability.flow_slopes(sets, boxed(low, high), [], point)
+                vertices = reach.flow_slopes(sets, boxed(low, high), [], point)
             except stability.DomainError:
                 assert "model" in formulas[0]  # derivatives of curved weights may have no bound
                 continue
@@ -261,6 +262,11 @@ def test_products_of_weights_lie_in_the_hull_of_raised_coefficients():
             assert (total * aim).sum() <= (raised[..., 0] * aim).sum((1, 2)).max() + 1e-12
 
 
+def common_basis(centres, continuous):
+    bases = stability.common_bases([centres], [np.eye(centres.shape[-1])], continuous)
+    return None if bases is None else bases[0]
+
+
 @pytest.mark.parametrize("continuous", [False, True])
 def test_norms_in_common_coordinates_bound_switching_families(continuous):
     """Drawn families: where a common quadratic function is found, no member and no product of members grows."""
@@ -272,7 +278,7 @@ def test_norms_in_common_coordinates_bound_switching_families(continuous):
         if continuous:
             centres = centres - random.uniform(0, 2) * np.eye(n)
         vertices = np.stack([centres, 0.02 * random.uniform(size=centres.shape)], -1)
-        basis = stability.common_basis(centres, np.eye(n), continuous)
+        basis = common_basis(centres, continuous)
         if basis is None:
             # None exists, if no family of a single matrix is refused that converges.
             modes = np.linalg.eigvals(centres)
@@ -302,7 +308,7 @@ def test_a_common_function_is_found_where_one_is_known():
     b, c = np.array([[0.0], [1.0]]), np.array([[1.0, 0.0]])
     # Re 1 / (1 + k G) > 0: the circle criterion holds for gains in (-k, k) iff k |G(iw)| < 1, at most 2 / sqrt(3).
     for k, holds in ((0.5, True), (0.86, True), (0.87, False)):
-        basis = stability.common_basis(np.stack([a + k * b @ c, a - k * b @ c]), np.eye(2), True)
+        basis = common_basis(np.stack([a + k * b @ c, a - k * b @ c]), True)
         assert (basis is not None) == holds, k
 
 
