@@ -28,7 +28,7 @@ ABLE = Abilities(
 SLOW = {1, 6, 28, 41, 50, 54, 71, 75, 86, 87, 89, 90, 95, 118, 124, 138, 139, 145, 154, 162, 164, 166, 187, 196}
 DRAWN = [seed for seed in range(224) if seed not in SLOW]
 GROUP = 20
-COMPARED = int(os.environ.get("FUZZYCTL_FROZEN", examples(200, 10)))
+COMPARED = int(os.environ.get("FUZZYCTL_FROZEN", examples(200, 20)))
 
 
 def drawn(seed):
