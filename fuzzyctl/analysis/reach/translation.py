@@ -287,6 +287,7 @@ def problem_of(
     inputs: dict[str, Item] = {TIME: ["time"]}
     for kind, names in groups.items():
         inputs |= {name: [kind, k] for k, name in enumerate(names)}
+    inputs |= {name: ["error", size] for name, size in equations.errors.items()}
     for k in range(len(sets.plant)):  # the first nodes are the states
         new.add("state", k)
     between = new.translated(sets.flow.nodes, inputs, sets.flow.nodes.values)
