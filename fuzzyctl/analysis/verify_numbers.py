@@ -39,10 +39,11 @@ def either(a: Any, b: Any = None) -> Any:  # all between two forms: their mean a
     if b is None: return a
     return add(times(add(a, b), [ONE >> 1, 0]), [0, (max(map(abs, ends(minus(a, b)))) >> 1) + 1])
 def wave(signs: tuple[int, ...], x: int) -> int:  # the sum of signs[n % 4] x^n / n!, wrong by less than a unit
-    need(abs(x) < 16 * ONE, "the argument of sin, cos or exp is beyond 16", 400)
-    x, term, result = x << 64, 1 << (BITS + 64), 0  # 64 further digits; after 160 terms less than 2^-200 is left
-    for n in range(160): result, term = result + signs[n % 4] * term, term * x // ((n + 1) << (BITS + 64))
-    return result >> 64
+    need(abs(x) < 64 * ONE, "the argument of sin, cos or exp is beyond 64", 400 + 40 * (abs(x) >> BITS))
+    x, term, n, result = x << 128, 1 << (BITS + 128), 0, 0  # 128 further digits, as terms may reach e^64 < 2^93
+    while term or n <= abs(x) >> (BITS + 128):  # then terms become smaller
+        result, term, n = result + signs[n % 4] * term, term * x // ((n + 1) << (BITS + 128)), n + 1
+    return result >> 128
 EXP, SIN, COS, NEG = (partial(wave, s) for s in ((1, 1, 1, 1), (0, 1, 0, -1), (1, 0, -1, 0), (0, -1, 0, 1)))
 FUNCTIONS: dict[str, Any] = {"exp": (EXP, EXP), "sin": (SIN, COS), "cos": (COS, NEG), "abs": (abs, abs),  # value, slope
     "inverse": (lambda m: ONE**2 // m, lambda m: -(ONE**3 // m**2)),  # at m, wrong by less than 2 units each

@@ -9,11 +9,16 @@ from dataclasses import field, replace
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Call, Expr, Name, Number, names_in, replace_names
+from fuzzyctl.expr import ONE, ZERO, Call, Expr, Name, Number, names_in, replace_names
+from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.equations import Equation, Evaluation, KeptState
+from fuzzyctl.kernels.plan.plan import OutputPlan
 from fuzzyctl.model.controller import Signal
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.rule import Consequent, Rule
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Membership, Output, Term
 from fuzzyctl.records import record
 from fuzzyctl.simulation.loop_params import blocks_of
 from fuzzyctl.simulation.signals import Given, Noise
@@ -252,6 +257,89 @@ def with_any_noise(equations: LoopEquations, deviations: float | None) -> LoopEq
     noise = {name: deviations * abs(noise.sigma) for names, noise in drawn.items() for name in names}
     rest = {names: column for names, column in equations.given.items() if names not in drawn}
     return replace(equations, given=rest, errors={**equations.errors, **noise})
+
+
+def without_adaptation(equations: LoopEquations) -> LoopEquations:
+    """Return a loop whose adaptive consequents are states of controllers, and whose adaptive systems have no state.
+
+    An adaptive output is the sum of its consequents C_k times the shares ξ_k of their rules, and C_k moves by
+    dt rate ξ_k within the range of the output. Systems that hold outputs, or read adaptive ones, are left as they are.
+    """
+    body: list[Equation | Evaluation] = []
+    errors = dict(equations.errors)
+    for item in equations.body:
+        if not (isinstance(item, Evaluation) and item.states and _is_separable(item.system)):
+            body.append(item)
+            continue
+        planned, system = plan(item.system), _with_shares(item.system)
+        name = item.states[0]
+        arguments = tuple(Name(f"{name}#{i.name}") for i in item.system.inputs)
+        body += [Equation(a.name, value, item.span) for a, value in zip(arguments, item.arguments, strict=True)]
+        names = [f"{name}#{o.name}" for o in system.outputs]
+        value_of = dict(zip((o.name for o in system.outputs), map(Name, names), strict=True))
+        body.append(Evaluation(system, arguments, tuple(names), item.span))
+        inputs = dict(zip((i.name for i in item.system.inputs), arguments, strict=True))
+        period = Number(equations.periods[name.partition(".")[0]])
+        sums: dict[int, Expr] = {o: value_of[output.name] for o, output in enumerate(planned.outputs)}
+        for (o, k), state, update in zip(planned.states, item.states, item.updates, strict=True):
+            output, share = planned.outputs[o], value_of[_share(planned.outputs[o].name, k)]
+            assert output.rate is not None
+            sums[o] = sums[o] + share * Name(state)
+            moved = Name(state) + period * replace_names(output.rate, inputs) * share
+            body.append(Equation(update, Call("clip", (moved, Number(output.lower), Number(output.upper))), item.span))
+        for o, (output, result) in enumerate(zip(planned.outputs, item.names, strict=True)):
+            if output.rate is not None:  # the kernel divides a sum of products by a sum
+                errors[f"{result}#error"] = 2.0**-50 * len(output.implied) * max(abs(output.lower), abs(output.upper))
+                sums[o] = sums[o] + Name(f"{result}#error")
+            body.append(Equation(result, sums[o], item.span))
+    return replace(equations, body=tuple(body), errors=errors)
+
+
+def _is_separable(system: FuzzySystem) -> bool:
+    """Return whether the consequents of a system can be taken out of it."""
+    planned, inputs = plan(system), {i.name for i in system.inputs}
+
+    def is_usual(output: OutputPlan) -> bool:
+        usual = (output.merge, output.total, output.fallback) == ("rules", "activations", "unfired")
+        return output.rate is None or (usual and inputs.issuperset(n.name for n in names_in(output.rate)))
+
+    return not planned.held and not any(o.reads for o in planned.outputs) and all(map(is_usual, planned.outputs))
+
+
+def _share(output: str, rule: int) -> str:
+    return f"{output}[{rule + 1}]"
+
+
+def _with_shares(system: FuzzySystem) -> FuzzySystem:
+    """Return a system with an output for the share ξ_k of each rule in an adaptive one, which itself has its `else`.
+
+    The consequents of a share are 1 for its rule and 0 for all others; ξ_k is 0 where no rule fires.
+    """
+    terms = tuple(Term(name=n, membership=Membership(kind="constant", arguments=(x,))) for n, x in _PARTS.items())
+    adaptive = {o.name for o in system.outputs if o.adaptive is not None}
+    outputs: list[Output] = []
+    for output in system.outputs:
+        if output.name not in adaptive:
+            outputs.append(output)
+            continue
+        fixed = replace(output, adaptive=None, terms=terms)
+        outputs.append(fixed)
+        otherwise = output.otherwise if output.otherwise in (None, "nan", "error") else ZERO
+        for k in range(len(system.conclusions[output.name])):
+            outputs.append(replace(fixed, name=_share(output.name, k), lower=ZERO, upper=ONE, otherwise=otherwise))
+    rules: list[Rule] = []
+    for r, rule in enumerate(system.rules):
+        consequents = [c for c in rule.consequents if c.output not in adaptive]
+        for name in sorted(adaptive & {c.output for c in rule.consequents}):
+            consequents.append(Consequent(output=name, term="zero"))
+            for k, (of, _) in enumerate(system.conclusions[name]):
+                consequents.append(Consequent(output=_share(name, k), term="one" if of == r else "zero"))
+        rules.append(replace(rule, consequents=tuple(consequents)))
+    return replace(system.with_rules(rules), outputs=tuple(outputs), guarantees=())
+
+
+#: Terms of shares.
+_PARTS: Final = {"zero": ZERO, "one": ONE}
 
 
 def needs(body: Sequence[Equation | Evaluation], values: Sequence[Expr], names: Set[str]) -> bool:

@@ -42,7 +42,7 @@ def test_an_enclosure_is_hardly_wider_than_the_runs():
     assert width <= proved <= 1.2 * width
 
 
-@pytest.mark.parametrize("name", ["water_tank", pytest.param("pendulum", marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) for n in ("water_tank", "pendulum")])
 def test_shipped_loops_are_proved_for_families(name):
     """A tank with a filter, `previous`, noise and a root for a minute; a pendulum on a cart for ten seconds."""
     assert all(isinstance(v, Proved) for v in enclosures.shipped(name)[0])

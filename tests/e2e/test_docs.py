@@ -39,6 +39,7 @@ SLOW = (
         "tune-numbers.md",
     ),
     *("write-a-control-law.md", "add-a-controller.md", "your-own-plant.md", "use-a-kernel-in-compiled-code.md"),
+    *("keep-robots-apart.md", "prove-a-loop.md", "use-logs-of-real-robots.md"),
 )
 
 

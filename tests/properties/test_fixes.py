@@ -152,7 +152,7 @@ def errors_of(text, path):
 def test_sure_fixes_bring_texts_back_and_make_none_worse():
     rng = random.Random(20)
     files = [(path, path.read_text(encoding="utf-8")) for path in texts()]
-    wanted, seen, equal = sizes.examples(1000, 30), Counter(), Counter()
+    wanted, seen, equal = sizes.examples(1000, 15), Counter(), Counter()
     while seen.total() < wanted:
         path, text = rng.choice(files)
         made = mutant(rng, text)
@@ -182,7 +182,7 @@ def test_lines_with_several_slips_come_back(count, share):
         if len(text) < 5000
         for i, line in slipped_lines(rng, text, count)
     ]
-    wanted = min(sizes.examples(1000, 20), len(lines))
+    wanted = min(sizes.examples(1000, 10), len(lines))
     for path, text, i, line in rng.sample(lines, wanted):
         rows = text.split("\n")
         repaired = fixed("\n".join([*rows[:i], line, *rows[i + 1 :]]), path, "likely")[0].split("\n")

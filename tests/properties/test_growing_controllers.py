@@ -118,7 +118,7 @@ SEEN = []
 
 
 @given(claimed(BOUNDED, inputs=("in [-1, 1]",)))
-@quick(200, 20)
+@quick(200, 10)
 def draw_bounded(text):
     SEEN.extend(not isinstance(v, Undecided) for _, v in proofs_of(text)[0])
     require_kept(text, 600)

@@ -67,7 +67,7 @@ def difference(function, x, step):
 
 
 @pytest.mark.parametrize("defuzzifier", ["centroid", "bisector"])
-@quick(200, 6)
+@quick(200, 3)
 @given(
     pair=st.sampled_from(PAIRS) | st.sampled_from(JUMPING),
     hedge=st.sampled_from(["", "odd", "wavy"]),

@@ -24,7 +24,7 @@ from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import Always, Loop, Stable
 from fuzzyctl.simulation.dead_times import kept_samples, without_idle_samples
-from fuzzyctl.simulation.equations import Chip, on_chip, with_any_noise
+from fuzzyctl.simulation.equations import Chip, on_chip, with_any_noise, without_adaptation
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.families import why_not_alike
 from fuzzyctl.simulation.judgement import KEPT, Requirement, loosened
@@ -210,7 +210,7 @@ class LoopProver:
         return next(
             (
                 f"system '{item.system.name}' keeps a state, which cannot be enclosed yet"
-                for item in equations.body
+                for item in without_adaptation(equations).body
                 if isinstance(item, Evaluation) and item.states
             ),
             "",
@@ -522,9 +522,8 @@ class LoopProver:
         if reason := sets.why_aperiodic():
             return Undecided(text, reason)
         if sets.equations.errors:
-            return Undecided(
-                text, "rounding and noise keep a loop from a point: claim a range with 'require always ... from'"
-            )
+            cause = "rounding and noise keep a loop from a point" if self._assumed else "consequents settle anywhere"
+            return Undecided(text, f"{cause}: claim a range with 'require always ... from'")
         if sets.spread:
             return Undecided(text, "with a disturbance nothing converges: claim a range with 'require always ... from'")
         if sets.cycle > stability.MOST_CYCLE:

@@ -21,7 +21,7 @@ from fuzzyctl.analysis.reach.surfaces import SystemSurface
 from fuzzyctl.expr import Expr, Name, names_in
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.model.loop import TIME
-from fuzzyctl.simulation.equations import LoopEquations, PlantState, reached
+from fuzzyctl.simulation.equations import LoopEquations, PlantState, reached, without_adaptation
 from fuzzyctl.simulation.expansion import free_name
 from fuzzyctl.simulation.members import Tube
 
@@ -110,6 +110,7 @@ class ReachableSets:
             raise DomainError(f"the equations of block '{equations.externals[0].block}' are not known")
         if np.isnan(given).any():
             raise DomainError("a column that is given has missing values")
+        equations = without_adaptation(equations)
         self.equations, self.given = equations, given
         #: All expressions of the loop.
         self.expressions = [

@@ -598,13 +598,12 @@ def test_a_certificate_of_convergence_is_compared_with_its_file(tmp_path):
     assert "about another loop" in verifies(target, "--source", file).stderr
 
 
-def test_the_rules_of_a_model_have_no_certificate(tmp_path):
-    """Their weights are no tables: it is named, and no file is written."""
+def test_a_model_whose_rules_act_between_samples_has_no_certificate(tmp_path):
+    """The limits of its inputs have no derivatives: the reason is printed, and no file is written."""
     file, target = ROOT / "apps" / "gallery" / "wang_tanaka_1996" / "stable.fz", tmp_path / "c.json"
     done = prove(file, "--block", "model", "--certificate", target)
     assert done.exit_code == 3
-    assert "no certificate of 'stable': system" in done.output
-    assert "does not interpolate" in done.output
+    assert "no certificate of 'stable': the derivative of a choice is not known" in done.output
     assert not target.exists()
 
 

@@ -145,6 +145,17 @@ MUTANTS = {
         "surfaces", "[low, *k[(k > low) & (k < high)], high]", "[low, high]", "stability"),
     "a ball stays, wherever its centre moves": (
         "stability", "needed = drift / (limit - rate)", "needed = 0.0 * drift / (limit - rate)", "stability"),
+    "consequents adapt where their rules do not fire": (
+        "simulation.equations", "replace_names(output.rate, inputs) * share", "replace_names(output.rate, inputs)",
+        "adaptive"),
+    "a consequent leaves the range of its output": (
+        "simulation.equations",
+        'Call("clip", (moved, Number(output.lower), Number(output.upper)))',
+        "moved",
+        "adaptive"),
+    "an adaptive output has no value where no rule fires": (
+        "simulation.equations", "fixed = replace(output, adaptive=None, terms=terms)",
+        "fixed = replace(output, adaptive=None, terms=terms, otherwise=ZERO)", "adaptive"),
 }  # fmt: skip
 
 

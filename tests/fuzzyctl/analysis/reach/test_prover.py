@@ -378,6 +378,7 @@ def test_a_claim_is_not_about_the_step_after_its_end():
     assert proofs(loads(text + "".join(f"{c}\n" for c in claims), block="l")) == [True, False]
 
 
+@pytest.mark.long
 def test_the_time_of_stable_is_a_limit():
     """A ring of twelve states and five params: one attempt to find a ball takes seconds."""
     rates = "".join(f"der x{k} = a{k % 5} * (sin(x{(k + 1) % 12}) - 1.2 * x{k}) - x{k}^3\n" for k in range(12))
