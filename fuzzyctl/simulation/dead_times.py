@@ -15,7 +15,7 @@ from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation, Kep
 from fuzzyctl.model.loop import TIME, Loop
 from fuzzyctl.simulation.equations import LoopEquations, needs, reached
 from fuzzyctl.simulation.expansion import loop_equations
-from fuzzyctl.simulation.sample_times import MOST_KEPT
+from fuzzyctl.simulation.sample_times import MOST_KEPT, sample_times
 
 #: Parts of a step at which delayed signals are looked up: begin, middle, end, and a quarter. Signals that vary within
 #: a step are kept there, too, and are cubic in between.
@@ -152,6 +152,9 @@ def without_idle_samples(
     equations = kept_samples(loop_equations(loop, conditions, free))
     periods = [c.period for c in loop.controllers]
     if isinstance(equations, str) or loop.step is None or not periods or None in periods:
+        return equations
+    every = sample_times(loop)[1].values()
+    if any(n % min(every) for n in every):  # no sample time but that of the run divides all periods
         return equations
     signals = [equations.signals[n] for n in (*outputs, *(f"#{k}" for k in range(len(conditions))))]
     readers: list[Expr] = [*(s.derivative for s in equations.plant_states), *signals]

@@ -158,8 +158,8 @@ class Search:
         Raises:
             AssertionError: If the checker refuses it.
         """
-        loop, basis, centre = self.loop, proposed.basis, proposed.centre.tolist()
-        radius = proposed.radius * (1.0 + 1e-6)
+        (ball,) = proposed.balls  # several samples of a cycle have no certificate
+        loop, basis, centre, radius = self.loop, ball.basis, ball.centre.tolist(), ball.radius * (1.0 + 1e-6)
         refused = AssertionError()
         for share in _NEAR if proposed.to_rest else (1.0,):
             near, searches = radius * share, list[Search]()

@@ -487,10 +487,8 @@ class LoopProver:
                 ball = stability.contraction(sets, rows, free, motion, until)
                 if ball is None:
                     return False
-                states, during, split = ball.rows(params), [[(0.0, "", (-1, 0.0))]], len(sets.plant)
-                for step in sets.run(
-                    states[:split], states[split:], free, params, lambda k, r: r if k < rate else None
-                ):
+                first, during, n = ball.rows(params), [[(0.0, "", (-1, 0.0))]], len(sets.plant)
+                for step in sets.run(first[:n], first[n:], free, params, lambda k, r: r if k < rate else None):
                     self._look(sets, [_Claim(claim, 0.0, math.inf)], step, during)
             except (NoTubeError, DomainError, LeavesRangeError):
                 return False
@@ -526,9 +524,8 @@ class LoopProver:
             return Undecided(text, f"{cause}: claim a range with 'require always ... from'")
         if sets.spread:
             return Undecided(text, "with a disturbance nothing converges: claim a range with 'require always ... from'")
-        if sets.cycle > stability.MOST_CYCLE:
-            most = f"contraction is computed for at most {stability.MOST_CYCLE}"
-            return Undecided(text, f"all controllers sample together every {sets.cycle} samples only: {most}")
+        if sets.cycle > (most := stability.MOST_CYCLE):
+            return Undecided(text, f"controllers sample together every {sets.cycle} samples, not {most} or fewer")
         if not (sets.plant or sets.memory):
             return Undecided(text, "the loop has no state that could converge")
         share = 1.0

@@ -212,8 +212,8 @@ class ReachableSets:
             time = k * step
             columns = [float(v) for v in self.given[k]] if self.columns else []
             values = [_number(a) for a in m]
-            known = [time, *x, *values, *free, *columns, *self.flags(k)]
-            results = Series(self.sample, [*known, *acting, *errors]).extend()
+            inputs = [time, *x, *values, *free, *columns, *self.flags(k), *acting, *errors]
+            results = Series(self.sample, inputs).extend()
             outputs, updates = results[: len(self.held)], results[len(self.held) :]
             other = [v for n, v in zip(self.columns, columns, strict=True) if n not in self.held]
             constants: list[Value] = [*outputs, *free, *other, *values]

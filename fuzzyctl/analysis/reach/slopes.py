@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import combinations_with_replacement, permutations
+from itertools import combinations_with_replacement, compress, permutations
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -92,8 +92,8 @@ class Slopes:
         needed = set(self.nodes.values)
         for at in reversed(locals_):
             if at in needed:
-                acts = locals_[at].slopes.any((0, 2))
-                needed.update(p for p, act in zip(locals_[at].parts, acts, strict=True) if act)
+                acts = np.any(locals_[at].slopes, (0, 2)).tolist()
+                needed.update(compress(locals_[at].parts, acts))
         varied: dict[int, Form] = {}
         effects: dict[int, float] = {}
         for at, local in locals_.items():

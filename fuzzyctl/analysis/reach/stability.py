@@ -98,6 +98,7 @@ class Contraction(NamedTuple):
         return list(np.concatenate(whole, 1)[:, None, :])
 
 
+@np.errstate(over="ignore", invalid="ignore")  # sets that diverge
 def contraction(
     sets: ReachableSets, rows: Sequence[Form], free: Sequence[Value], motion: tuple[Form, Form] | None, until: float
 ) -> Contraction | None:
@@ -386,13 +387,13 @@ def common_bases(centres: Sequence[Form], bases: Sequence[Form], continuous: boo
         if not np.all(np.isfinite(matrices)):
             return None
         turned = np.swapaxes(matrices, 1, 2)[:, None]
-        own, other = np.broadcast_to(units, (len(group), size, n, n)), turned @ units @ matrices[:, None]
+        before, after = np.broadcast_to(units, (len(group), size, n, n)), turned @ units @ matrices[:, None]
         if continuous:
             moved = turned @ units
             lengths = (np.linalg.norm(matrices, 2, (1, 2)) + 1e-300)[:, None, None, None]
             linear = -(moved + np.swapaxes(moved, 2, 3)) / lengths
         else:
-            linear = own - other if phases == 1 else np.concatenate([own, -other], 1)
+            linear = before - after if phases == 1 else np.concatenate([before, -after], 1)
         places = [*range(k * size, (k + 1) * size)]
         both = places if phases == 1 else [*places, *range(following * size, (following + 1) * size)]
         slack = np.broadcast_to(-np.eye(n), (len(group), 1, n, n))

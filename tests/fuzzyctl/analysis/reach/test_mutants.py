@@ -116,12 +116,12 @@ MUTANTS = {
     "states may leave their ranges": (
         "prover", "outside = ~within(state, low, high)", "outside = np.zeros(1, bool)", "prover"),
     "an input acts as in the mean of a period": (
-        "stability",
+        "reach",
         "return _series(a, as_form(forms.scaled(b, length)), length, 2)",
         "return _product(_series(a, np.eye(len(a))[..., None] * [length, 0.0], length, 2), b)",
         "stability"),
     "a series ends": (
-        "stability", "rest[..., 1] += 2.0 * last", "rest[..., 1] += 0.0 * last", "stability"),
+        "reach", "rest[..., 1] += 2.0 * last", "rest[..., 1] += 0.0 * last", "stability"),
     "vertices have no width": (
         "stability", "spread = exact @ slopes[..., 1]", "spread = 0.0 * exact @ slopes[..., 1]", "stability"),
     "a bound is what is proposed": (
@@ -130,7 +130,7 @@ MUTANTS = {
         "return float(q) * 0.99 + apart if is_positive_definite(",
         "stability"),
     "a ball may leave the range of a state": (
-        "stability", "if not (state.holds(low) and state.holds(high)):", "if False:", "stability"),
+        "reach", "if not (state.holds(low) and state.holds(high)):", "if False:", "stability"),
     "a bend has one slope": (
         "slopes", "return np.concatenate([_row(*first), _row(*second)])", "return _row(*first)", "stability"),
     "the narrowest cells do not count": (
@@ -144,7 +144,13 @@ MUTANTS = {
     "a sector ends at the ends of a range": (
         "surfaces", "[low, *k[(k > low) & (k < high)], high]", "[low, high]", "stability"),
     "a ball stays, wherever its centre moves": (
-        "stability", "needed = drift / (limit - rate)", "needed = 0.0 * drift / (limit - rate)", "stability"),
+        "stability", "needed = drift / (limit - total)", "needed = 0.0 * drift / (limit - total)", "stability"),
+    "the second sample of a cycle is the first": (
+        "stability", "return period_slopes(self.sets, box, self.free, about, phase,",
+        "return period_slopes(self.sets, box, self.free, about, 0,", "stability_rates"),
+    "a ball is smaller than the image of the one before": (
+        "stability", "(rate * a + drifts[k]) * (1.0 + 1e-12) for a in (size, near)",
+        "0.1 * rate * a + drifts[k] for a in (size, near)", "stability_rates"),
     "consequents adapt where their rules do not fire": (
         "simulation.equations", "replace_names(output.rate, inputs) * share", "replace_names(output.rate, inputs)",
         "adaptive"),
