@@ -298,10 +298,14 @@ class _Translation:
 
 def _points_of(value: Expr) -> tuple[list[str], list[float], list[float]] | None:
     """Return the variable and the points of a function that is lines between points and constant beyond, else None."""
-    names = list(dict.fromkeys(n.name for n in names_in(value)))
-    if len(names) != 1 or not isinstance(value, Where):
+    names, parts = list(dict.fromkeys(n.name for n in names_in(value))), walk(value)
+    bends = {e.right.value for e in parts if isinstance(e, Compare) and isinstance(e.right, Number)}
+    lines = (Where, Compare, Binary, Name, Number)
+    divides = any(isinstance(e, Binary) and e.op in "/^" and not isinstance(e.right, Number) for e in parts)
+    if len(names) != 1 or not bends or divides or not all(isinstance(e, lines) for e in parts):
         return None
-    bends = {e.right.value for e in walk(value) if isinstance(e, Compare) and isinstance(e.right, Number)}
+    if not all(map(math.isfinite, bends)):
+        return None
     places = [min(bends) - 1.0, *sorted(bends), max(bends) + 1.0]
     at = scalar_function(value)
     values = [at(x) for x in places]
