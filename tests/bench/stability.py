@@ -178,8 +178,9 @@ def largest(loop, rng, members):
 
 def converging(loop, rng, ball, members):
     """Return whether runs behave as a proof of convergence claims."""
-    inverse = np.linalg.inv(ball.basis)
-    factor = np.linalg.cond(ball.basis) * 4.0
+    basis = ball.balls[0].basis
+    inverse = np.linalg.inv(basis)
+    factor = np.linalg.cond(basis) * 4.0
     periods = int(min(math.log(factor * 2) / -math.log(ball.rate), 600)) if ball.rate < 1.0 else 600
     x = starts(loop, rng, members)
     *_, last = loop.run(x, np.zeros((1, 1)), max(periods, 1))
@@ -229,7 +230,8 @@ def judged(loop, rng, members):
         counts[where, "stable: proved"] += 1
         cycle = None if loop.kind == "linear" or loop.sampled else loop.cycle()
         objections = limit >= 0, not converging(loop, rng, answer.data, 64)
-        reach = float(np.sqrt(((np.array(loop.c) @ answer.data.basis) ** 2).sum()) * answer.data.radius)
+        (ball,) = answer.data.balls
+        reach = float(np.sqrt(((np.array(loop.c) @ ball.basis) ** 2).sum()) * ball.radius)
         objections += (cycle is not None and cycle < 0.9 * reach,)
         counts["contradiction"] += any(objections)
     elif true:

@@ -19,8 +19,9 @@ def test_a_false_proof_is_contradicted(monkeypatch, start):
     """An unstable loop that is called stable, and a bound below the runs."""
     loop = stability.Drawn("linear", False, 0.1, [[0.5]], [1.0], [0.0], [-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], start, 0.1)
     rng = np.random.default_rng(0)
-    ball = type("Ball", (), {"basis": np.eye(1), "rate": 0.9, "radius": 1.0})
-    monkeypatch.setattr(stability, "verdict", lambda text: Proved("stable", data=ball))
+    ball = type("Ball", (), {"basis": np.eye(1), "radius": 1.0})
+    contraction = type("Contraction", (), {"rate": 0.9, "balls": (ball,)})
+    monkeypatch.setattr(stability, "verdict", lambda text: Proved("stable", data=contraction))
     assert stability.judged(loop, rng, 120)["contradiction"] >= 1
 
 

@@ -302,7 +302,7 @@ def _points_of(value: Expr) -> tuple[list[str], list[float], list[float]] | None
     bends = {e.right.value for e in parts if isinstance(e, Compare) and isinstance(e.right, Number)}
     lines = (Where, Compare, Binary, Name, Number)
     divides = any(isinstance(e, Binary) and e.op in "/^" and not isinstance(e.right, Number) for e in parts)
-    if len(names) != 1 or not bends or divides or not all(isinstance(e, lines) for e in parts):
+    if len(names) != 1 or len(bends) < 2 or divides or not all(isinstance(e, lines) for e in parts):
         return None
     if not all(map(math.isfinite, bends)):
         return None

@@ -12,6 +12,7 @@ from fuzzyctl.analysis.reach.reach import image
 from fuzzyctl.simulation.loop_params import with_settings
 from fuzzyctl.simulation.members import members
 from tests.fuzzyctl.analysis.reach.loops import loop_of
+from tests.sizes import examples
 
 #: An outer controller with a state commands an inner one.
 LINEAR = """
@@ -73,7 +74,7 @@ def verdict_of(text, timeout=1.0):
     return LoopProver(loop, timeout).verdict(loop.guarantees[0])
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(examples(60, 12)))
 def test_linear_loops_are_proved_as_their_eigenvalues_say(seed):
     numbers, radius = drawn(seed)
     assert isinstance(verdict_of(LINEAR.format(**numbers)), Proved) == (radius < 1.0), radius
