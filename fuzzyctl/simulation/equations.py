@@ -303,7 +303,9 @@ def _is_separable(system: FuzzySystem) -> bool:
         usual = (output.merge, output.total, output.fallback) == ("rules", "activations", "unfired")
         return output.rate is None or (usual and inputs.issuperset(n.name for n in names_in(output.rate)))
 
-    return not planned.held and not any(o.reads for o in planned.outputs) and all(map(is_usual, planned.outputs))
+    alone = all(len({c.output for c in r.consequents}) == len(r.consequents) for r in system.rules)
+    plain = alone and not any(c.hedges for r in system.rules for c in r.consequents)
+    return plain and not (planned.held or any(o.reads for o in planned.outputs)) and all(map(is_usual, planned.outputs))
 
 
 def _share(output: str, rule: int) -> str:
