@@ -36,9 +36,9 @@ class Loop:  # x' = rates(x, held, memory); every period held = values(x, memory
             if op == "error": return [0, sum(enclosed(0, *rest))]
             if op == "table": return tabulated(self.tables[rest[0]], [v(j) for j in rest[1:]], hinted(hints[str(i)]))
             if op == "choice":  # the second if the first is at least 0, or above 0 if marked by 1, else the third
-                (low, high), mark = ends(v(rest[0])), rest[1] == 1
-                need(not k or low >= mark or high < mark, "the derivative of a choice is not known")
-                return either(*(v(j, k) for j in rest[2:][high < mark:1 + (low < mark)]))
+                (low, high), (_, m, yes, no) = ends(v(rest[0])), rest
+                need(m in (0, 1) and (not k or low >= m or high < m), "the derivative of a choice is not known")
+                return either(*(v(j, k) for j in (yes, no)[high < m:1 + (low < m)]))
             if op in FUNCTIONS and not k: return applied(op, v(rest[0]))
             if op in ("exp", "sin", "cos"):  # y' = slope x', so that k y[k] = sum of j x[j] slope[k - j]
                 need(self.nodes[rest[1]] == [{"sin": "cos", "cos": "sin"}.get(op, op), rest[0], i], "a wrong slope")

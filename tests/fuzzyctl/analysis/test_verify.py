@@ -1058,3 +1058,13 @@ def test_a_list_is_no_number():
     part = simple(verify, [1], start=[[0, 0]], steps=steps, nodes=[["disturbance", 0]], noise=[[-0.1, 0.1]],
                   claims=[["x", [[[0, 0]]], 0, 1]])  # fmt: skip
     assert "TypeError" in str(refused({"format": "fuzzyctl certificate 2", "parts": [part]}))
+
+
+@pytest.mark.parametrize("node", [["choice", 0, 0, 0], ["choice", 0, 0, 0, 0, 0], ["choice", 0, 2, 0, 0]])
+def test_a_choice_has_a_mark_and_two_values(node):
+    """A choice that lacks its last value was that of the other one."""
+    parts = ("tables", "held", "next", "params", "disturbances")
+    data = {"nodes": [["state", 0], node], "rates": [0], "period": 1, **{name: [] for name in parts}}
+    loop = verify.Loop(data | {"claims": [["c", [[[0, 0]]], 0, 1]]})
+    with pytest.raises((AssertionError, ValueError)):
+        loop.series({("state", 0): verify.between(-verify.ONE, verify.ONE)})(1)
